@@ -1,0 +1,1 @@
+//! Videos, floor plans, cameras and trajectories read from and written to files.

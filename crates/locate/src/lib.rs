@@ -1,0 +1,1 @@
+//! Localisation of a path and its sightings on a floor plan.

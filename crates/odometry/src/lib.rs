@@ -1,0 +1,1 @@
+//! Monocular visual odometry for first-person video: frames to path and sightings.

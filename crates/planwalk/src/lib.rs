@@ -1,0 +1,1 @@
+//! Where on a floor plan was a first-person video walked?.

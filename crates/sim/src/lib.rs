@@ -1,0 +1,1 @@
+//! Simulated buildings, walkers and cameras with known truth.
