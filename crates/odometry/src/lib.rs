@@ -1,1 +1,12 @@
-//! Monocular visual odometry for first-person video: frames to path and sightings.
+//! How did the camera move, and what did it see? Monocular visual odometry for first-person video.
+//!
+//! frames ─▶ [`visual`] (tracks, two views, map) ─▶ camera poses ─▶ [`ground`] ─▶ path + sightings
+//!
+//! Lengths are in a unit of its own, which is about a metre for a walking person; the plan gives the rest.
+//! Nothing here touches a file, a clock or entropy.
+
+pub mod ground;
+pub mod visual;
+
+pub use visual::odometry::{FrameReport, Gap, Odometry, OdometryError, OdometryOptions, VisualOdometry};
+pub use visual::two_view::Solver;

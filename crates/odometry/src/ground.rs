@@ -1,0 +1,274 @@
+//! How did the body move on the floor, and what stood around it? From camera poses in space to a path and sightings.
+//!
+//! camera poses ─▶ [`level`] (gravity) ─▶ [`path`] (forward, left, turn) and [`sightings`] (bearing, range)
+//!
+//! The body looks where the camera looks: its heading is the optical axis on the floor.
+
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use planwalk_types::{CameraPose, Path, Rigid3, Sighting, Stamp, Step, TrackingState, wrap_angle};
+
+/// A point of the map as seen from a keyframe.
+#[derive(Debug, Clone, Copy)]
+pub struct SeenPoint {
+    /// When the keyframe was taken.
+    pub stamp: Stamp,
+    /// Camera frame, units.
+    pub point: Vector3<f64>,
+    /// Standard deviation of its distance, units.
+    pub sigma: f64,
+}
+
+impl SeenPoint {
+    /// The same with lengths times `scale`.
+    pub fn scaled(&self, scale: f64) -> Self {
+        Self { point: self.point * scale, sigma: self.sigma * scale, ..*self }
+    }
+}
+
+/// People hold cameras upright: the camera's x axis is level within this, radians, one standard deviation.
+const ROLL_RAD: f64 = 0.05;
+/// They look ahead: the optical axis is level within this.
+const PITCH_RAD: f64 = 0.25;
+/// They walk on a floor: the way from here to two units further on is level within this (gait, and the odometry's own drift).
+const SLOPE_RAD: f64 = 0.05;
+/// Length of the chords whose slope is looked at, units.
+const CHORD: f64 = 2.0;
+
+/// The rotation that makes z up and puts x where the first camera looks.
+///
+/// Gravity is the direction most nearly at right angles to the camera's x axis, to where it looks, and to where the path goes,
+/// each weighed by how level it is with people who walk: the least eigenvector of a 3×3.
+pub fn level(poses: &[CameraPose]) -> UnitQuaternion<f64> {
+    let mut quadratic = Matrix3::zeros();
+    let mut down = Vector3::zeros();
+    let count = poses.len().max(1) as f64;
+    for pose in poses {
+        let axes = pose.odom_from_camera.iso.rotation.to_rotation_matrix();
+        let (x, y, z) = (axes * Vector3::x(), axes * Vector3::y(), axes * Vector3::z());
+        quadratic += (x * x.transpose() / ROLL_RAD.powi(2) + z * z.transpose() / PITCH_RAD.powi(2)) / count;
+        down += y;
+    }
+    let chords = chords(poses);
+    for chord in &chords {
+        quadratic += chord * chord.transpose() / (SLOPE_RAD.powi(2) * chords.len() as f64);
+    }
+    let eigen = quadratic.symmetric_eigen();
+    let mut gravity: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    if gravity.dot(&down) < 0.0 {
+        gravity = -gravity;
+    }
+    let ahead = poses.first().map_or(Vector3::z(), |p| p.odom_from_camera.iso.rotation * Vector3::z());
+    let up = -gravity;
+    let forward = ahead - up * ahead.dot(&up);
+    // A first look straight up or down has no heading; any will do.
+    let forward = forward.try_normalize(1e-6).unwrap_or_else(|| crate::visual::two_view::ransac::tangent_basis(&up).0);
+    let rows = Matrix3::from_rows(&[forward.transpose(), up.cross(&forward).transpose(), up.transpose()]);
+    UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rows))
+}
+
+/// Unit directions between positions at least [`CHORD`] apart.
+fn chords(poses: &[CameraPose]) -> Vec<Vector3<f64>> {
+    let mut chords = Vec::new();
+    let Some(first) = poses.first() else { return chords };
+    let mut from = first.odom_from_camera.origin().coords;
+    for pose in poses {
+        let way = pose.odom_from_camera.origin().coords - from;
+        if way.norm() > CHORD {
+            chords.push(way.normalize());
+            from += way;
+        }
+    }
+    chords
+}
+
+/// The poses in the levelled frame, whose origin is the first camera, with lengths times `scale`.
+pub fn levelled(poses: &[CameraPose], level: &UnitQuaternion<f64>, scale: f64) -> Vec<CameraPose> {
+    let origin = poses.first().map_or_else(Vector3::zeros, |p| p.odom_from_camera.origin().coords);
+    let turn = |pose: &CameraPose| {
+        let iso = pose.odom_from_camera.iso;
+        Rigid3::new(Isometry3::from_parts((level * (iso.translation.vector - origin) * scale).into(), level * iso.rotation))
+    };
+    poses.iter().map(|p| CameraPose { odom_from_camera: turn(p), ..p.clone() }).collect()
+}
+
+/// What makes the odometry's unit about a metre: the usual speed of the walk, in stretches of a second, becomes `walking_speed`.
+///
+/// Stretches under a quarter of the fastest ones' speed are stops. A camera that never moved keeps its unit: 1.
+pub fn metres_by_walking(poses: &[CameraPose], walking_speed: f64) -> f64 {
+    let mut speeds = Vec::new();
+    let mut start = 0;
+    for (end, pose) in poses.iter().enumerate() {
+        let seconds = pose.stamp.secs_since(poses[start].stamp);
+        if seconds >= 1.0 || (end + 1 == poses.len() && speeds.is_empty() && seconds > 0.0) {
+            let way = pose.odom_from_camera.origin().coords - poses[start].odom_from_camera.origin().coords;
+            speeds.push(way.norm() / seconds);
+            start = end;
+        }
+    }
+    speeds.sort_by(f64::total_cmp);
+    let Some(fast) = speeds.get(speeds.len() * 9 / 10).copied() else { return 1.0 };
+    speeds.retain(|s| *s >= 0.25 * fast);
+    let usual = speeds[speeds.len() / 2];
+    if usual > 1e-6 { walking_speed / usual } else { 1.0 }
+}
+
+/// Heading of the optical axis on the floor, or `None` when it is vertical.
+fn heading(pose: &CameraPose) -> Option<f64> {
+    let ahead = pose.odom_from_camera.iso.rotation * Vector3::z();
+    (ahead.x.hypot(ahead.y) > 0.05).then(|| libm::atan2(ahead.y, ahead.x))
+}
+
+/// Length noise of the odometry: its scale walks by this share over one unit.
+const LENGTH_WALK: f64 = 0.05;
+/// Heading noise over one unit walked: 0.7°.
+const TURN_WALK_RAD: f64 = 0.012;
+/// Heading noise of a turn, as a share of it: an error of the focal length scales every turn.
+const TURN_SHARE: f64 = 0.03;
+
+/// Levelled poses as steps on the floor, with covariance; in frames that saw little, the covariance says so.
+pub fn path(poses: &[CameraPose]) -> Path {
+    let mut last_heading = poses.iter().find_map(heading).unwrap_or(0.0);
+    let headings: Vec<f64> = poses
+        .iter()
+        .map(|p| {
+            last_heading = heading(p).unwrap_or(last_heading);
+            last_heading
+        })
+        .collect();
+    let steps = poses.windows(2).zip(headings.windows(2)).map(|(pair, headings)| step(&pair[0], &pair[1], headings[0], headings[1]));
+    Path { steps: steps.collect() }
+}
+
+fn step(from: &CameraPose, to: &CameraPose, heading_rad: f64, next_rad: f64) -> Step {
+    let way = to.odom_from_camera.origin().coords - from.odom_from_camera.origin().coords;
+    let (s, c) = libm::sincos(heading_rad);
+    let (forward, left) = (c * way.x + s * way.y, c * way.y - s * way.x);
+    let turn_rad = wrap_angle(next_rad - heading_rad);
+    let length = forward.hypot(left);
+    let seconds = to.stamp.secs_since(from.stamp);
+    // What is missing where only a rotation, or nothing, was seen: the speed, and then the turn.
+    let (speed_share, turn_rate) = match to.state {
+        TrackingState::Mapped => (0.0, 0.0),
+        TrackingState::RotationOnly => (0.3, 0.0),
+        TrackingState::Propagated => (0.6, 0.35),
+    };
+    let along = LENGTH_WALK.powi(2) * length + (speed_share * length).powi(2);
+    let turn = TURN_WALK_RAD.powi(2) * length + (TURN_SHARE * turn_rad).powi(2) + turn_rate * turn_rate * seconds * seconds.min(1.0);
+    let covariance = Matrix3::from_diagonal(&Vector3::new(along, 0.5 * along, turn));
+    Step { from: from.stamp, to: to.stamp, forward, left, turn_rad, covariance }
+}
+
+/// Points between floor and ceiling as bearings and ranges on the floor.
+///
+/// The floor is found as the height under which hardly any point lies; without one (no floor in view) only points within
+/// ±15° of level are taken.
+pub fn sightings(seen: &[(&CameraPose, SeenPoint)]) -> Vec<Sighting> {
+    let level = |pose: &CameraPose, point: &Vector3<f64>| pose.odom_from_camera.iso.rotation * point;
+    let floor = floor_below(seen.iter().map(|(pose, s)| level(pose, &s.point)));
+    let sighting = |(pose, s): &(&CameraPose, SeenPoint)| {
+        let offset = level(pose, &s.point);
+        let range = offset.x.hypot(offset.y);
+        let stands = match floor {
+            // A fifth of the camera's height above the floor, and not over the ceiling's edge: lamps are no walls.
+            Some(height) => offset.z > -0.8 * height && offset.z < 0.55 * height,
+            None => offset.z.abs() < 0.27 * range,
+        };
+        let bearing_rad = wrap_angle(libm::atan2(offset.y, offset.x) - heading(pose)?);
+        let near = range > 1e-3 && range < 40.0;
+        (stands && near).then(|| Sighting { stamp: s.stamp, bearing_rad, range, sigma: s.sigma.max(0.01 * range) })
+    };
+    seen.iter().filter_map(sighting).collect()
+}
+
+/// Height of the camera over the floor: where the points below the camera are densest at the bottom; `None` if few are low.
+fn floor_below(offsets: impl Iterator<Item = Vector3<f64>>) -> Option<f64> {
+    let mut below: Vec<f64> = offsets.filter(|o| o.z < -0.3 * o.x.hypot(o.y)).map(|o| -o.z).collect();
+    if below.len() < 30 {
+        return None;
+    }
+    below.sort_by(f64::total_cmp);
+    // Reflections on a polished floor lie under it: the upper quartile of what is seen steeply below is floor.
+    Some(below[below.len() * 3 / 4])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planwalk_types::{Cam, Odom};
+
+    /// A camera that walks an L at height 0, pitched 10° down, in a frame that is itself tilted.
+    fn walk(tilt: &UnitQuaternion<f64>) -> Vec<CameraPose> {
+        let optical = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+        let optical = UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(optical));
+        (0..80)
+            .map(|i| {
+                let i = f64::from(i);
+                let (x, y, yaw) = if i < 40.0 { (0.1 * i, 0.0, 0.0) } else { (4.0, 0.1 * (i - 40.0), std::f64::consts::FRAC_PI_2) };
+                let body = UnitQuaternion::from_euler_angles(0.0, 0.17, yaw);
+                let pose = Isometry3::from_parts((tilt * Vector3::new(x, y, 0.0)).into(), tilt * body * optical);
+                let odom_from_camera = Rigid3::<Odom, Cam>::new(pose);
+                CameraPose { stamp: Stamp((i * 1e8) as i64), odom_from_camera, state: TrackingState::Mapped, inliers: 50 }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_tilted_walk_is_levelled_and_keeps_its_shape() {
+        let poses = walk(&UnitQuaternion::from_euler_angles(0.4, -0.7, 2.0));
+        let flat = levelled(&poses, &level(&poses), 1.0);
+        // The 10° of pitch pull gravity by (0.05/0.25)² of it against roll and slope: under 0.5°, 3 cm over 4 units.
+        assert!(flat.iter().all(|p| p.odom_from_camera.origin().coords.z.abs() < 0.05), "{:?}", flat[79]);
+        let path = path(&flat);
+        let end = path.poses()[79];
+        assert!((end.x - 4.0).abs() < 0.05 && (end.y - 3.9).abs() < 0.05, "{end:?}");
+        assert!((end.heading_rad - std::f64::consts::FRAC_PI_2).abs() < 0.02, "{end:?}");
+    }
+
+    #[test]
+    fn the_usual_speed_becomes_a_walk_though_there_was_a_stop() {
+        // One unit a second for 7.9 s; then 8 s of standing.
+        let mut poses = walk(&UnitQuaternion::identity());
+        let last = poses[79].clone();
+        poses.extend((80..160).map(|i| CameraPose { stamp: Stamp(i * 100_000_000), ..last.clone() }));
+        // The stretch around the corner is a chord, a little shorter than the way.
+        assert!((metres_by_walking(&poses, 1.1) - 1.1).abs() < 0.02);
+        assert_eq!(metres_by_walking(&poses[100..], 1.1), 1.0, "who stands says nothing of metres");
+    }
+
+    #[test]
+    fn a_point_at_the_left_is_seen_at_the_left() {
+        let poses = walk(&UnitQuaternion::identity());
+        // Camera frame: x right, z forward; 3 ahead, 3 left, level with the camera after the pitch.
+        let pitch = UnitQuaternion::from_euler_angles(0.17, 0.0, 0.0);
+        let point = pitch * Vector3::new(-3.0, 0.0, 3.0);
+        let seen = [(&poses[0], SeenPoint { stamp: poses[0].stamp, point, sigma: 0.1 })];
+        let found = sightings(&seen);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].bearing_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-9, "{:?}", found[0]);
+        assert!((found[0].range - 18f64.sqrt()).abs() < 1e-9, "{:?}", found[0]);
+    }
+
+    #[test]
+    fn points_on_the_floor_are_no_sightings() {
+        let poses = walk(&UnitQuaternion::identity());
+        let point = |ahead: f64, up: f64| {
+            let camera_from_body = poses[0].odom_from_camera.iso.rotation.inverse();
+            camera_from_body * Vector3::new(ahead, 0.1, up)
+        };
+        let mut seen: Vec<_> =
+            (0..60).map(|i| SeenPoint { stamp: poses[0].stamp, point: point(2.0 + 0.02 * f64::from(i), -1.4), sigma: 0.1 }).collect();
+        seen.push(SeenPoint { stamp: poses[0].stamp, point: point(3.0, -0.5), sigma: 0.1 });
+        let found = sightings(&seen.iter().map(|s| (&poses[0], *s)).collect::<Vec<_>>());
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!((found[0].range - 3.0f64.hypot(0.1)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn steps_that_saw_nothing_are_less_sure() {
+        let mut poses = walk(&UnitQuaternion::identity());
+        poses[10].state = TrackingState::Propagated;
+        let path = path(&poses);
+        assert!(path.steps[9].covariance[(2, 2)] > 10.0 * path.steps[8].covariance[(2, 2)]);
+        assert!(path.steps[9].covariance[(0, 0)] > 2.0 * path.steps[8].covariance[(0, 0)]);
+    }
+}

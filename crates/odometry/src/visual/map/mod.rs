@@ -1,0 +1,184 @@
+//! Which points stand still in the world, and where were they seen from? Keyframes and landmarks.
+//!
+//! frame ─▶ [`pose`] (against the landmarks) ─▶ [`depth`] (of each landmark) ─▶ keyframe? ─▶ [`bundle`] (of the last few)
+//!
+//! A landmark is a ray of its anchor keyframe and an inverse distance along it (Civera, Davison & Montiel 2008): it is born
+//! as a bearing with a vague distance and gets the distance later, so a view full of new points still gives the rotation.
+
+pub mod bundle;
+pub mod depth;
+pub mod pose;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Matrix2x3, Matrix3, UnitQuaternion, Vector2, Vector3};
+use planwalk_types::Stamp;
+
+use crate::visual::track::TrackId;
+use crate::visual::two_view::ransac::tangent_basis;
+
+/// `odom ← camera`, as the solvers use it.
+pub type Pose = Isometry3<f64>;
+
+/// A keyframe, counted from the beginning of the walk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct KeyframeId(pub usize);
+
+/// A frame that the map remembers.
+#[derive(Debug, Clone)]
+pub struct Keyframe {
+    /// When it was taken.
+    pub stamp: Stamp,
+    /// Where the camera was.
+    pub pose: Pose,
+}
+
+/// A point of the world.
+#[derive(Debug, Clone)]
+pub struct Landmark {
+    /// The keyframe that first saw it.
+    pub anchor: KeyframeId,
+    /// Its unit ray there, camera frame.
+    pub ray: Vector3<f64>,
+    /// Inverse distance along the ray, 1 / unit.
+    pub rho: f64,
+    /// Standard deviation of the inverse distance.
+    pub sigma_rho: f64,
+    /// What was assumed of the inverse distance before anything was seen: mean and standard deviation.
+    pub prior: (f64, f64),
+    /// Keyframes that saw it later, with its unit ray there.
+    pub seen: Vec<(KeyframeId, Vector3<f64>)>,
+    /// Consecutive disagreements with the map's motion.
+    pub strikes: u32,
+}
+
+impl Landmark {
+    /// Whether its distance is known well enough to measure translation by.
+    pub fn has_depth(&self) -> bool {
+        self.sigma_rho < 0.35 * self.rho
+    }
+}
+
+/// Keyframes and landmarks.
+#[derive(Debug, Clone, Default)]
+pub struct Map {
+    /// All keyframes, oldest first; only the last few are still moved.
+    pub keyframes: Vec<Keyframe>,
+    /// Landmarks that are still tracked.
+    pub landmarks: BTreeMap<TrackId, Landmark>,
+}
+
+/// Least inverse distance: 1 km when units are about metres. Zero would put points at infinity, where strikes cannot be told.
+pub const MIN_RHO: f64 = 1e-3;
+
+impl Map {
+    /// Pose of the keyframe.
+    pub fn pose(&self, id: KeyframeId) -> &Pose {
+        &self.keyframes[id.0].pose
+    }
+
+    /// The newest keyframe, if there is one.
+    pub fn newest(&self) -> Option<KeyframeId> {
+        self.keyframes.len().checked_sub(1).map(KeyframeId)
+    }
+
+    /// The landmark's position relative to `camera`, times its inverse distance (finite for far points), camera frame.
+    pub fn direction(&self, landmark: &Landmark, camera: &Pose) -> Vector3<f64> {
+        direction(self.pose(landmark.anchor), &landmark.ray, landmark.rho, camera)
+    }
+}
+
+/// R_jᵀ (R_a m + ρ (C_a − C_j)): parallel to the landmark's ray in camera j.
+#[inline]
+pub fn direction(anchor: &Pose, ray: &Vector3<f64>, rho: f64, camera: &Pose) -> Vector3<f64> {
+    let world = anchor.rotation * ray + (anchor.translation.vector - camera.translation.vector) * rho;
+    camera.rotation.inverse() * world
+}
+
+/// How the seen ray differs from where the landmark should be, on the plane tangent to the seen ray, radians;
+/// with the derivatives that Gauss–Newton needs. Rotations are perturbed on the right: R exp(θ).
+pub struct Residual {
+    /// Predicted less seen, radians.
+    pub error: Vector2<f64>,
+    /// By the direction in the camera frame.
+    by_direction: Matrix2x3<f64>,
+    /// The predicted direction.
+    predicted: Vector3<f64>,
+}
+
+impl Residual {
+    /// `None` where the landmark would be behind the seen ray.
+    #[inline]
+    pub fn new(predicted: Vector3<f64>, seen: &Vector3<f64>) -> Option<Self> {
+        let norm = predicted.norm();
+        let unit = predicted / norm;
+        if !(unit.dot(seen) > 0.2) {
+            return None;
+        }
+        let (u, v) = tangent_basis(seen);
+        let tangent = Matrix2x3::from_rows(&[u.transpose(), v.transpose()]);
+        let error = tangent * unit;
+        let by_direction = tangent * (Matrix3::identity() - unit * unit.transpose()) / norm;
+        Some(Self { error, by_direction, predicted })
+    }
+
+    /// By the rotation of the seeing camera.
+    #[inline]
+    pub fn by_turn(&self) -> Matrix2x3<f64> {
+        self.by_direction * crate::visual::two_view::epipolar::skew(&self.predicted)
+    }
+
+    /// By the position of the seeing camera.
+    #[inline]
+    pub fn by_move(&self, camera: &UnitQuaternion<f64>, rho: f64) -> Matrix2x3<f64> {
+        self.by_direction * camera.inverse().to_rotation_matrix().matrix() * -rho
+    }
+
+    /// By the rotation of the anchor.
+    #[inline]
+    pub fn by_anchor_turn(&self, camera: &UnitQuaternion<f64>, anchor: &UnitQuaternion<f64>, ray: &Vector3<f64>) -> Matrix2x3<f64> {
+        let camera_from_anchor = (camera.inverse() * anchor).to_rotation_matrix();
+        -(self.by_direction * camera_from_anchor.matrix() * crate::visual::two_view::epipolar::skew(ray))
+    }
+
+    /// By the inverse distance.
+    #[inline]
+    pub fn by_rho(&self, anchor: &Pose, camera: &Pose) -> Vector2<f64> {
+        self.by_direction * (camera.rotation.inverse() * (anchor.translation.vector - camera.translation.vector))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_agree_with_finite_differences() {
+        let turn = |x: f64, y: f64, z: f64| UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
+        let anchor = Pose::from_parts(Vector3::new(0.1, 0.2, -0.3).into(), turn(0.1, -0.2, 0.05));
+        let camera = Pose::from_parts(Vector3::new(0.6, 0.1, 0.4).into(), turn(0.0, 0.1, -0.1));
+        let (ray, rho) = (Vector3::new(0.2, -0.1, 1.0).normalize(), 0.3);
+        let seen = (direction(&anchor, &ray, rho, &camera).normalize() + Vector3::new(0.01, -0.02, 0.0)).normalize();
+        let at = |a: &Pose, c: &Pose, rho: f64| Residual::new(direction(a, &ray, rho, c), &seen).unwrap();
+        let base = at(&anchor, &camera, rho);
+        // Central differences of step 1e-6 lose 1e-12 / 1e-6 to round-off and as much to curvature.
+        let check = |name: &str, expected: Vector2<f64>, plus: Residual, minus: Residual| {
+            let found = (plus.error - minus.error) / 2e-6;
+            assert!((found - expected).norm() < 1e-6, "{name}: {found} for {expected}");
+        };
+        for i in 0..3 {
+            let mut unit = Vector3::zeros();
+            unit[i] = 1e-6;
+            let turned = |p: &Pose, w: Vector3<f64>| Pose::from_parts(p.translation, p.rotation * UnitQuaternion::from_scaled_axis(w));
+            let moved = |p: &Pose, t: Vector3<f64>| Pose::from_parts((p.translation.vector + t).into(), p.rotation);
+            let column = |m: Matrix2x3<f64>| m.column(i).into_owned();
+            check("turn", column(base.by_turn()), at(&anchor, &turned(&camera, unit), rho), at(&anchor, &turned(&camera, -unit), rho));
+            let by_move = base.by_move(&camera.rotation, rho);
+            check("move", column(by_move), at(&anchor, &moved(&camera, unit), rho), at(&anchor, &moved(&camera, -unit), rho));
+            check("anchor move", -column(by_move), at(&moved(&anchor, unit), &camera, rho), at(&moved(&anchor, -unit), &camera, rho));
+            let by_anchor = base.by_anchor_turn(&camera.rotation, &anchor.rotation, &ray);
+            check("anchor turn", column(by_anchor), at(&turned(&anchor, unit), &camera, rho), at(&turned(&anchor, -unit), &camera, rho));
+        }
+        check("rho", base.by_rho(&anchor, &camera), at(&anchor, &camera, rho + 1e-6), at(&anchor, &camera, rho - 1e-6));
+    }
+}

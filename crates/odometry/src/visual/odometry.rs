@@ -1,0 +1,550 @@
+//! Where was the camera at every frame? Tracking against the map, keyframe by keyframe, and never a reset.
+//!
+//! frame ─▶ follow points ─▶ (no map yet: [`begin`](super::begin)) ─▶ pose against the map ─▶ distances ─▶ keyframe? ─▶ bundle
+//!
+//! Pitfall: at the corner of a corridor the view is a blank wall and the motion a near-pure rotation. Points there begin as
+//! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use planwalk_types::{Camera, CameraPose, Path, Rigid3, Seed, Sighting, Stamp, TrackingState, VideoFrame};
+
+use super::begin::{Beginning, FirstViews};
+use super::map::{self, Keyframe, KeyframeId, Landmark, Map, Pose, bundle, depth, pose};
+use super::track::{Track, TrackId, Tracker};
+use super::two_view::rotation::median;
+use super::two_view::{EssentialOptions, RayPair, Solver, epipolar, estimate_essential};
+use crate::ground::{self, SeenPoint};
+
+/// Options of [`VisualOdometry`].
+#[derive(Debug, Clone, Copy)]
+pub struct OdometryOptions {
+    /// Solver of the relative pose between two views.
+    pub solver: Solver,
+    /// What chance grows from.
+    pub seed: Seed,
+    /// Noise of a followed point, pixels.
+    pub sigma_px: f64,
+    /// Keyframes that bundle adjustment moves.
+    pub window: usize,
+    /// How fast a person walks, m/s: it sets the length of the first baseline, and so the unit, to about a metre.
+    pub walking_speed_m_s: f64,
+}
+
+impl Default for OdometryOptions {
+    fn default() -> Self {
+        Self { solver: Solver::default(), seed: Seed(0), sigma_px: 1.0, window: 8, walking_speed_m_s: 1.1 }
+    }
+}
+
+/// Why there is no odometry.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OdometryError {
+    /// A frame has another size than the camera's images.
+    #[error("frame {index} has {width}×{height} px, but the camera's images have {camera_width}×{camera_height} px")]
+    SizeChanged {
+        /// Which frame, counted from 0.
+        index: usize,
+        /// Its columns.
+        width: usize,
+        /// Its rows.
+        height: usize,
+        /// Columns that the camera has.
+        camera_width: usize,
+        /// Rows that the camera has.
+        camera_height: usize,
+    },
+    /// A frame is not later than the one before.
+    #[error("frame {index} at {at_s:.6} s does not come after the one before")]
+    StampsGoBack {
+        /// Which frame, counted from 0.
+        index: usize,
+        /// Its stamp, seconds.
+        at_s: f64,
+    },
+    /// A motion needs two frames.
+    #[error("{got} frames, but a motion needs at least 2: is the clip cut off, or the wrong folder?")]
+    TooFewFrames {
+        /// Frames seen.
+        got: usize,
+    },
+    /// No frame has anything that can be followed.
+    #[error("nothing to follow in any of {frames} frames (at most {most} points, 8 are needed): is the video black, or the lens covered?")]
+    NothingToTrack {
+        /// Frames seen.
+        frames: usize,
+        /// Most points that were followed at once.
+        most: usize,
+    },
+}
+
+/// What became of one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameReport {
+    /// When it was taken.
+    pub stamp: Stamp,
+    /// How its pose is known.
+    pub state: TrackingState,
+    /// Points that were followed into it.
+    pub tracks: usize,
+    /// Of these, points that agree with its pose.
+    pub inliers: usize,
+}
+
+/// A stretch of video in which nothing usable was seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gap {
+    /// First frame of it.
+    pub from: Stamp,
+    /// Last frame of it.
+    pub to: Stamp,
+    /// What was missing.
+    pub cause: String,
+}
+
+/// The odometry of a whole clip.
+#[derive(Debug, Clone)]
+pub struct Odometry {
+    /// One pose a frame: `odom ← camera`, odom's z up, its x where the first frame looks; units of about a metre.
+    pub poses: Vec<CameraPose>,
+    /// The same on the floor: one step between consecutive frames.
+    pub path: Path,
+    /// Points of the map as seen from keyframes.
+    pub sightings: Vec<Sighting>,
+    /// Where nothing was seen.
+    pub gaps: Vec<Gap>,
+}
+
+/// A frame's pose relative to a keyframe, so that it moves along when the keyframe is adjusted.
+#[derive(Debug, Clone)]
+struct Posed {
+    stamp: Stamp,
+    reference: Option<KeyframeId>,
+    reference_from_camera: Pose,
+    state: TrackingState,
+    inliers: usize,
+}
+
+/// Velocity of the camera: units and radians a second.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    pose: Pose,
+    stamp: Stamp,
+    velocity: Vector3<f64>,
+    turn_rate: Vector3<f64>,
+    /// Usual speed of the walk, units/s.
+    usual_speed: f64,
+}
+
+enum Stage {
+    Beginning(Beginning),
+    Tracking(Motion),
+}
+
+/// Monocular visual odometry, frame by frame; holds one frame, the map and a pose a frame.
+pub struct VisualOdometry {
+    camera: Camera,
+    options: OdometryOptions,
+    tracker: Tracker,
+    map: Map,
+    stage: Stage,
+    posed: Vec<Posed>,
+    seen_points: Vec<(KeyframeId, SeenPoint)>,
+    most_tracks: usize,
+    /// Points followed when the newest keyframe was taken.
+    tracks_at_keyframe: usize,
+}
+
+/// Strikes in a row after which a point is taken to move by itself.
+const STRIKES: u32 = 3;
+
+impl VisualOdometry {
+    /// Odometry for images of this camera.
+    pub fn new(camera: Camera, options: OdometryOptions) -> Self {
+        let essential = EssentialOptions {
+            solver: options.solver,
+            max_angle_rad: 1.5 * options.sigma_px / camera.focal_px(),
+            // A tenth of a radian would be better still, but a walk down a corridor takes seconds to get there.
+            min_parallax_rad: 0.018,
+            ..EssentialOptions::default()
+        };
+        Self {
+            tracker: Tracker::new(camera.clone()),
+            camera,
+            options,
+            map: Map::default(),
+            stage: Stage::Beginning(Beginning::new(essential, options.seed)),
+            posed: Vec::new(),
+            seen_points: Vec::new(),
+            most_tracks: 0,
+            tracks_at_keyframe: 0,
+        }
+    }
+
+    /// Noise of a ray, radians.
+    fn sigma_rad(&self) -> f64 {
+        self.options.sigma_px / self.camera.focal_px()
+    }
+
+    /// Takes in the next frame.
+    ///
+    /// # Errors
+    /// [`OdometryError::SizeChanged`] and [`OdometryError::StampsGoBack`]; the frame is then ignored and the next may be pushed.
+    pub fn push(&mut self, frame: &VideoFrame) -> Result<FrameReport, OdometryError> {
+        self.check(frame)?;
+        let predicted = match &self.stage {
+            Stage::Tracking(motion) => Some(predict(motion, frame.stamp)),
+            Stage::Beginning(_) => None,
+        };
+        self.follow(frame, predicted.as_ref());
+        self.most_tracks = self.most_tracks.max(self.tracker.tracks().len());
+        match predicted {
+            Some(prior) => self.track(frame.stamp, &prior),
+            None => self.begin(frame.stamp),
+        }
+        let tracks = self.tracker.tracks().len();
+        let last = self.posed.last();
+        let (state, inliers) = last.map_or((TrackingState::Propagated, 0), |p| (p.state, p.inliers));
+        Ok(FrameReport { stamp: frame.stamp, state, tracks, inliers })
+    }
+
+    fn check(&self, frame: &VideoFrame) -> Result<(), OdometryError> {
+        let index = self.posed.len();
+        let (width, height) = (frame.image.width(), frame.image.height());
+        let (camera_width, camera_height) = (self.camera.width, self.camera.height);
+        if (width, height) != (camera_width, camera_height) {
+            return Err(OdometryError::SizeChanged { index, width, height, camera_width, camera_height });
+        }
+        if self.posed.last().is_some_and(|p| p.stamp >= frame.stamp) {
+            return Err(OdometryError::StampsGoBack { index, at_s: frame.stamp.as_secs() });
+        }
+        Ok(())
+    }
+
+    /// Follows all points into the frame, each looked for where the predicted pose puts it.
+    fn follow(&mut self, frame: &VideoFrame, predicted: Option<&pose::PosePrior>) {
+        let (map, camera, stage) = (&self.map, &self.camera, &self.stage);
+        self.tracker.advance(&frame.image, |track| {
+            let (Some(prior), Stage::Tracking(motion)) = (predicted, stage) else { return None };
+            let direction = match map.landmarks.get(&track.id) {
+                Some(landmark) => map.direction(landmark, &prior.pose),
+                None => prior.pose.rotation.inverse() * (motion.pose.rotation * track.ray),
+            };
+            let pixel = camera.project(&direction)?;
+            let inside = pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < camera.width as f64 && pixel.y < camera.height as f64;
+            inside.then_some((pixel.x, pixel.y))
+        });
+    }
+
+    /// No map yet: turns are followed; the first parallax begins the map.
+    fn begin(&mut self, stamp: Stamp) {
+        let Stage::Beginning(beginning) = &mut self.stage else { return };
+        let first = beginning.push(stamp, self.tracker.tracks());
+        let rotation = beginning.frames().last().map_or_else(UnitQuaternion::identity, |f| f.rotation);
+        let inliers = self.tracker.tracks().len();
+        let state = if inliers >= 8 { TrackingState::RotationOnly } else { TrackingState::Propagated };
+        let reference_from_camera = Pose::from_parts(Vector3::zeros().into(), rotation);
+        self.posed.push(Posed { stamp, reference: None, reference_from_camera, state, inliers });
+        match first {
+            Some(first) => self.start_map(stamp, &first),
+            None => {
+                let fresh = self.tracker.replenish();
+                if let Stage::Beginning(beginning) = &mut self.stage {
+                    beginning.add_rays(&fresh);
+                }
+            }
+        }
+    }
+
+    /// Two keyframes and their points; then the frames between them, and the motion.
+    fn start_map(&mut self, stamp: Stamp, first: &FirstViews) {
+        let Stage::Beginning(beginning) = &self.stage else { return };
+        let base_index = beginning.base();
+        let frames = beginning.frames()[base_index..].to_vec();
+        let base = Pose::from_parts(Vector3::zeros().into(), frames[0].rotation);
+        let seconds = stamp.secs_since(frames[0].stamp);
+        let baseline = self.options.walking_speed_m_s * seconds;
+        let now_from_base = Pose::from_parts((first.fit.pose.direction * baseline).into(), first.fit.pose.rotation);
+        let now = base * now_from_base.inverse();
+        self.map.keyframes.push(Keyframe { stamp: frames[0].stamp, pose: base });
+        self.map.keyframes.push(Keyframe { stamp, pose: now });
+        let now_rays = &frames[frames.len() - 1].rays;
+        for (id, (rho, sigma_rho)) in &first.points {
+            let (Some(ray), Some(seen)) = (frames[0].rays.get(id), now_rays.get(id)) else { continue };
+            let (rho, sigma_rho) = ((rho / baseline).max(map::MIN_RHO), sigma_rho / baseline);
+            let landmark = Landmark {
+                anchor: KeyframeId(0),
+                ray: *ray,
+                rho,
+                sigma_rho,
+                prior: (rho, 3.0 * sigma_rho + 0.3 * rho),
+                seen: vec![(KeyframeId(1), *seen)],
+                strikes: 0,
+            };
+            self.map.landmarks.insert(*id, landmark);
+        }
+        let velocity = (now.translation.vector - base.translation.vector) / seconds;
+        let turn_rate = (base.rotation.inverse() * now.rotation).scaled_axis() / seconds;
+        self.stage = Stage::Tracking(Motion { pose: now, stamp, velocity, turn_rate, usual_speed: self.options.walking_speed_m_s });
+        self.pose_early_frames(base_index, &frames, &base, &now);
+        let dead: Vec<TrackId> = self.tracker.tracks().iter().map(|t| t.id).filter(|id| !self.map.landmarks.contains_key(id)).collect();
+        self.tracker.drop_tracks(|id| dead.contains(&id));
+        self.add_landmarks(KeyframeId(1));
+        self.tracks_at_keyframe = self.tracker.tracks().len();
+    }
+
+    /// Poses of the frames between the first two keyframes, against the points that these gave.
+    fn pose_early_frames(&mut self, base_index: usize, frames: &[super::begin::EarlyFrame], base: &Pose, now: &Pose) {
+        let span = frames[frames.len() - 1].stamp.secs_since(frames[0].stamp);
+        for (k, frame) in frames.iter().enumerate() {
+            let t = frame.stamp.secs_since(frames[0].stamp) / span;
+            let between = base.lerp_slerp(now, t);
+            let prior = pose::PosePrior { pose: between, sigma_move: 0.2 * self.options.walking_speed_m_s * span, sigma_turn_rad: 0.2 };
+            let sights: Vec<pose::Sight> = self.sights(frame.rays.iter().map(|(id, ray)| (*id, *ray))).into_iter().map(|s| s.1).collect();
+            let fitted = match k {
+                0 => *base,
+                k if k + 1 == frames.len() => *now,
+                _ => pose::solve(&sights, &prior, self.sigma_rad()).pose,
+            };
+            if let Some(posed) = self.posed.get_mut(base_index + k) {
+                posed.reference = Some(KeyframeId(0));
+                posed.reference_from_camera = base.inverse() * fitted;
+                posed.state = TrackingState::Mapped;
+            }
+        }
+    }
+
+    fn sights(&self, rays: impl Iterator<Item = (TrackId, Vector3<f64>)>) -> Vec<(TrackId, pose::Sight)> {
+        let sight = |(id, seen)| {
+            let landmark = self.map.landmarks.get(&id)?;
+            let anchor = *self.map.pose(landmark.anchor);
+            Some((id, pose::Sight { anchor, ray: landmark.ray, rho: landmark.rho, sigma_rho: landmark.sigma_rho, seen }))
+        };
+        rays.filter_map(sight).collect()
+    }
+
+    /// One frame against the map.
+    fn track(&mut self, stamp: Stamp, prior: &pose::PosePrior) {
+        let sights = self.sights(self.tracker.tracks().iter().map(|t| (t.id, t.ray)));
+        let only: Vec<pose::Sight> = sights.iter().map(|s| s.1).collect();
+        let fit = pose::solve(&only, prior, self.sigma_rad());
+        let (mut inliers, mut with_depth) = (0, 0);
+        let turn_noise = fit.covariance.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+        let sigma_rad = (self.sigma_rad().powi(2) + turn_noise).sqrt();
+        for ((id, sight), squared) in sights.iter().zip(&fit.squared) {
+            let Some(landmark) = self.map.landmarks.get_mut(id) else { continue };
+            if *squared > pose::AGREES {
+                landmark.strikes += 1;
+                continue;
+            }
+            landmark.strikes = 0;
+            inliers += 1;
+            with_depth += usize::from(landmark.has_depth());
+            let now = (landmark.rho, landmark.sigma_rho);
+            if let Some((rho, sigma)) = depth::update(&sight.anchor, &sight.ray, now, &fit.pose, &sight.seen, 1.5 * sigma_rad) {
+                (landmark.rho, landmark.sigma_rho) = (rho, sigma);
+            }
+        }
+        let state = match (with_depth, inliers) {
+            (10.., _) => TrackingState::Mapped,
+            (_, 8..) => TrackingState::RotationOnly,
+            _ => TrackingState::Propagated,
+        };
+        let reference = self.map.newest();
+        let reference_from_camera = reference.map_or(fit.pose, |k| self.map.pose(k).inverse() * fit.pose);
+        self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers });
+        self.drop_dead();
+        self.move_on(stamp, fit.pose, state);
+        if self.wants_keyframe(&fit.pose) {
+            self.add_keyframe(stamp, fit.pose);
+        }
+    }
+
+    fn drop_dead(&mut self) {
+        let landmarks = &mut self.map.landmarks;
+        self.tracker.drop_tracks(|id| landmarks.get(&id).is_none_or(|l| l.strikes >= STRIKES));
+        let alive: std::collections::BTreeSet<TrackId> = self.tracker.tracks().iter().map(|t| t.id).collect();
+        landmarks.retain(|id, _| alive.contains(id));
+    }
+
+    /// Velocity from the last pose to this one; where nothing was seen it dies away.
+    fn move_on(&mut self, stamp: Stamp, now: Pose, state: TrackingState) {
+        let Stage::Tracking(motion) = &mut self.stage else { return };
+        let seconds = stamp.secs_since(motion.stamp).max(1e-3);
+        motion.velocity = (now.translation.vector - motion.pose.translation.vector) / seconds;
+        motion.turn_rate = (motion.pose.rotation.inverse() * now.rotation).scaled_axis() / seconds;
+        if state == TrackingState::Propagated {
+            // A turn ends within half a second, a walk goes on for some.
+            motion.turn_rate *= (-seconds / 0.4).exp();
+            motion.velocity *= (-seconds / 4.0).exp();
+        } else {
+            let share = (seconds / 3.0).min(0.5);
+            motion.usual_speed += share * (motion.velocity.norm() - motion.usual_speed);
+        }
+        (motion.pose, motion.stamp) = (now, stamp);
+    }
+
+    /// Whether the view has changed enough, by turning, by parallax or by loss of points, to be remembered.
+    fn wants_keyframe(&self, now: &Pose) -> bool {
+        let Some(newest) = self.map.newest() else { return false };
+        let keyframe = self.map.pose(newest);
+        let turned = keyframe.rotation.angle_to(&now.rotation);
+        let lost = (self.tracker.tracks().len() as f64) < 0.75 * self.tracks_at_keyframe as f64;
+        let parallax = self.map.landmarks.values().filter(|l| l.has_depth()).map(|l| {
+            let (before, after) = (self.map.direction(l, keyframe), self.map.direction(l, now));
+            (keyframe.rotation * before).angle(&(now.rotation * after))
+        });
+        turned > 0.12 || lost || median(parallax.collect()) > 0.025
+    }
+
+    /// Remembers the frame: new points, checked against the keyframe before, and the last few keyframes adjusted.
+    fn add_keyframe(&mut self, stamp: Stamp, now: Pose) {
+        let id = KeyframeId(self.map.keyframes.len());
+        self.map.keyframes.push(Keyframe { stamp, pose: now });
+        for track in self.tracker.tracks() {
+            if let Some(landmark) = self.map.landmarks.get_mut(&track.id) {
+                landmark.seen.push((id, track.ray));
+            }
+        }
+        self.strike_movers(id);
+        let Stage::Tracking(motion) = &self.stage else { return };
+        let options = bundle::BundleOptions {
+            window: self.options.window,
+            sigma_rad: self.sigma_rad(),
+            iterations: 8,
+            speed_walk: 0.7 * motion.usual_speed.max(0.2 * self.options.walking_speed_m_s),
+        };
+        bundle::adjust(&mut self.map, &options);
+        self.forget_old_rays(id);
+        let adjusted = *self.map.pose(id);
+        if let Some(posed) = self.posed.last_mut() {
+            (posed.reference, posed.reference_from_camera) = (Some(id), Pose::identity());
+        }
+        if let Stage::Tracking(motion) = &mut self.stage {
+            motion.pose = adjusted;
+        }
+        self.note_seen_points(id);
+        self.add_landmarks(id);
+        self.tracks_at_keyframe = self.tracker.tracks().len();
+    }
+
+    /// Points that break the epipolar geometry of the last two keyframes get a strike: most likely they move by themselves.
+    fn strike_movers(&mut self, id: KeyframeId) {
+        let before = KeyframeId(id.0 - 1);
+        let ray_in = |l: &Landmark, k: KeyframeId| {
+            if l.anchor == k { Some(l.ray) } else { l.seen.iter().rev().find(|s| s.0 == k).map(|s| s.1) }
+        };
+        let pairs: Vec<(TrackId, RayPair)> = (self.map.landmarks.iter())
+            .filter_map(|(track, l)| Some((*track, RayPair { a: ray_in(l, before)?, b: ray_in(l, id)? })))
+            .collect();
+        let rays: Vec<RayPair> = pairs.iter().map(|p| p.1).collect();
+        let options = EssentialOptions {
+            solver: self.options.solver,
+            max_angle_rad: 2.0 * self.sigma_rad(),
+            min_parallax_rad: 0.01,
+            max_samples: 200,
+            ..EssentialOptions::default()
+        };
+        let Ok(fit) = estimate_essential(&rays, &options, &mut self.options.seed.derive("keyframe", id.0 as u64)) else { return };
+        let essential = epipolar::essential_of(&fit.pose);
+        for (track, pair) in &pairs {
+            let Some(landmark) = self.map.landmarks.get_mut(track) else { continue };
+            if epipolar::epipolar_angle(&essential, pair) > 2.0 * options.max_angle_rad {
+                landmark.strikes += 1;
+                landmark.seen.pop();
+            }
+        }
+    }
+
+    /// Rays that no adjustment will look at again.
+    fn forget_old_rays(&mut self, id: KeyframeId) {
+        let oldest = id.0.saturating_sub(self.options.window + 3);
+        for landmark in self.map.landmarks.values_mut() {
+            landmark.seen.retain(|(k, _)| k.0 >= oldest);
+        }
+    }
+
+    /// Points with a distance, as seen from this keyframe.
+    fn note_seen_points(&mut self, id: KeyframeId) {
+        let camera = self.map.pose(id);
+        for landmark in self.map.landmarks.values().filter(|l| l.sigma_rho < 0.15 * l.rho && l.strikes == 0 && l.seen.len() >= 2) {
+            let point = self.map.direction(landmark, camera) / landmark.rho;
+            let sigma = landmark.sigma_rho / landmark.rho * point.norm();
+            self.seen_points.push((id, SeenPoint { stamp: self.map.keyframes[id.0].stamp, point, sigma }));
+        }
+    }
+
+    /// New points begin at the usual distance of the points in view, vaguely.
+    fn add_landmarks(&mut self, id: KeyframeId) {
+        let camera = *self.map.pose(id);
+        let known = self.map.landmarks.values().filter(|l| l.has_depth());
+        let usual = median(known.map(|l| l.rho / self.map.direction(l, &camera).norm()).collect());
+        // Indoors, with units of about a metre, walls are some 4 m away.
+        let rho = if usual > 0.0 { usual.clamp(0.05, 2.0) } else { 0.25 };
+        let fresh: Vec<Track> = self.tracker.replenish();
+        for track in fresh {
+            let landmark =
+                Landmark { anchor: id, ray: track.ray, rho, sigma_rho: 0.8 * rho, prior: (rho, 0.8 * rho), seen: Vec::new(), strikes: 0 };
+            self.map.landmarks.insert(track.id, landmark);
+        }
+    }
+
+    /// The whole clip's odometry.
+    ///
+    /// # Errors
+    /// [`OdometryError::TooFewFrames`] and [`OdometryError::NothingToTrack`], when there is nothing to give.
+    pub fn finish(self) -> Result<Odometry, OdometryError> {
+        if self.posed.len() < 2 {
+            return Err(OdometryError::TooFewFrames { got: self.posed.len() });
+        }
+        if self.most_tracks < 8 {
+            return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
+        }
+        let poses: Vec<CameraPose> = (self.posed.iter())
+            .map(|p| {
+                let pose = p.reference.map_or(p.reference_from_camera, |k| self.map.pose(k) * p.reference_from_camera);
+                CameraPose { stamp: p.stamp, odom_from_camera: Rigid3::new(pose), state: p.state, inliers: p.inliers }
+            })
+            .collect();
+        let level = ground::level(&poses);
+        let scale = ground::metres_by_walking(&poses, self.options.walking_speed_m_s);
+        let poses = ground::levelled(&poses, &level, scale);
+        let by_stamp: BTreeMap<Stamp, usize> = poses.iter().enumerate().map(|(i, p)| (p.stamp, i)).collect();
+        let seen = self.seen_points.iter().filter_map(|(_, s)| by_stamp.get(&s.stamp).map(|i| (&poses[*i], s.scaled(scale))));
+        let sightings = ground::sightings(&seen.collect::<Vec<_>>());
+        let path = ground::path(&poses);
+        let gaps = gaps(&poses);
+        Ok(Odometry { poses, path, sightings, gaps })
+    }
+}
+
+/// The pose at `stamp` if the camera goes on as it did; how far it may differ grows with time.
+fn predict(motion: &Motion, stamp: Stamp) -> pose::PosePrior {
+    let seconds = stamp.secs_since(motion.stamp).clamp(1e-3, 1.0);
+    let turn = UnitQuaternion::from_scaled_axis(motion.turn_rate * seconds);
+    let position = motion.pose.translation.vector + motion.velocity * seconds;
+    // Speeds change by their own size within a second, heads start to turn at some 6 rad/s²; the last velocity is itself noisy.
+    let sigma_move = motion.usual_speed.max(0.1) * seconds * (1.2 * seconds.sqrt() + 0.1);
+    let sigma_turn_rad = 6.0 * seconds.powf(1.5) + 0.01;
+    pose::PosePrior { pose: Pose::from_parts(position.into(), motion.pose.rotation * turn), sigma_move, sigma_turn_rad }
+}
+
+/// Runs of frames whose whole motion is propagated.
+fn gaps(poses: &[CameraPose]) -> Vec<Gap> {
+    let mut gaps: Vec<Gap> = Vec::new();
+    let mut open = false;
+    for pose in poses {
+        let blind = pose.state == TrackingState::Propagated;
+        match gaps.last_mut().filter(|_| open) {
+            Some(gap) if blind => gap.to = pose.stamp,
+            _ if blind => {
+                let cause = format!("only {} points could be followed (blank wall, blur or darkness)", pose.inliers);
+                gaps.push(Gap { from: pose.stamp, to: pose.stamp, cause });
+            }
+            _ => {}
+        }
+        open = blind;
+    }
+    gaps
+}

@@ -1,0 +1,113 @@
+//! Which points are followed from frame to frame? The front end: corners, followed by KLT, each with an id for life.
+
+use nalgebra::Vector3;
+use planwalk_types::{Camera, GrayImage};
+
+use super::corners::{self, CornerOptions};
+use super::image::Pyramid;
+use super::klt::{self, KltOptions};
+
+/// A point followed through the video.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TrackId(pub u64);
+
+/// Where a followed point is now.
+#[derive(Debug, Clone, Copy)]
+pub struct Track {
+    /// Its name for life.
+    pub id: TrackId,
+    /// Pixel (u, v).
+    pub pixel: (f64, f64),
+    /// Unit ray, camera frame.
+    pub ray: Vector3<f64>,
+    /// Frames since it was found.
+    pub age: u32,
+}
+
+/// Pyramid levels: with 4, a patch of 11 px sees motions of ±40 px at full size.
+const LEVELS: usize = 4;
+
+/// Follows points; holds the last frame only.
+#[derive(Debug)]
+pub struct Tracker {
+    camera: Camera,
+    corners: CornerOptions,
+    klt: KltOptions,
+    last: Option<Pyramid>,
+    tracks: Vec<Track>,
+    next_id: u64,
+}
+
+impl Tracker {
+    /// A tracker for images of this camera.
+    pub fn new(camera: Camera) -> Self {
+        // A cell a twentieth of the width: up to 300 corners at 4:3, whatever the resolution.
+        let corners = CornerOptions { cell_px: (camera.width / 20).max(12), ..CornerOptions::default() };
+        Self { camera, corners, klt: KltOptions::default(), last: None, tracks: Vec::new(), next_id: 0 }
+    }
+
+    /// The points that are followed now.
+    pub fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// Follows all points into the next frame. `predict` says where a track's pixel should be now, as far as can be told.
+    pub fn advance(&mut self, image: &GrayImage, mut predict: impl FnMut(&Track) -> Option<(f64, f64)>) {
+        let next = Pyramid::new(image, LEVELS);
+        if let Some(last) = &self.last {
+            let mut kept = Vec::with_capacity(self.tracks.len());
+            for track in &self.tracks {
+                let guess = predict(track).unwrap_or(track.pixel);
+                let found = klt::follow(last, &next, track.pixel, guess, &self.klt);
+                // A prediction may be worse than none, when the head stops turning.
+                let found = found.or_else(|| klt::follow(last, &next, track.pixel, track.pixel, &self.klt));
+                if let Some(pixel) = found {
+                    kept.push(Track { pixel, ray: self.camera.ray(pixel.0, pixel.1), age: track.age + 1, ..*track });
+                }
+            }
+            self.tracks = kept;
+            self.drop_crowded();
+        }
+        self.last = Some(next);
+    }
+
+    /// Two tracks that ended on one spot follow one point: the older stays.
+    fn drop_crowded(&mut self) {
+        let near = (self.corners.cell_px as f64 / 6.0).powi(2);
+        let mut order: Vec<usize> = (0..self.tracks.len()).collect();
+        order.sort_by_key(|i| (std::cmp::Reverse(self.tracks[*i].age), self.tracks[*i].id));
+        let mut kept: Vec<usize> = Vec::with_capacity(order.len());
+        for i in order {
+            let p = self.tracks[i].pixel;
+            let crowded = kept.iter().any(|k| {
+                let q = self.tracks[*k].pixel;
+                (p.0 - q.0).powi(2) + (p.1 - q.1).powi(2) < near
+            });
+            if !crowded {
+                kept.push(i);
+            }
+        }
+        kept.sort_unstable();
+        self.tracks = kept.into_iter().map(|i| self.tracks[i]).collect();
+    }
+
+    /// Looks for new corners where no point is followed; returns the new tracks.
+    pub fn replenish(&mut self) -> Vec<Track> {
+        let Some(last) = &self.last else { return Vec::new() };
+        let taken: Vec<(f64, f64)> = self.tracks.iter().map(|t| t.pixel).collect();
+        let found = corners::detect(&last.levels[0], &taken, &self.corners);
+        let fresh: Vec<Track> = found
+            .into_iter()
+            .zip(self.next_id..)
+            .map(|(pixel, id)| Track { id: TrackId(id), pixel, ray: self.camera.ray(pixel.0, pixel.1), age: 0 })
+            .collect();
+        self.next_id += fresh.len() as u64;
+        self.tracks.extend(&fresh);
+        fresh
+    }
+
+    /// Stops following these.
+    pub fn drop_tracks(&mut self, mut dead: impl FnMut(TrackId) -> bool) {
+        self.tracks.retain(|t| !dead(t.id));
+    }
+}
