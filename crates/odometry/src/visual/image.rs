@@ -59,7 +59,7 @@ impl Pyramid {
 
 /// Half the size: the mean of each 2×2 block of the image smoothed by [1 2 1]/4. Pixel (u, v) of the result is centred on
 /// (2u + 0.5, 2v + 0.5) of the source.
-fn halve(source: &Level) -> Level {
+pub(super) fn halve(source: &Level) -> Level {
     let (width, height) = (source.width / 2, source.height / 2);
     let mut data = Vec::with_capacity(width * height);
     // [1 3 3 1]/8 is the 2-block mean of the smoothed row, in each direction.

@@ -7,4 +7,5 @@ pub mod klt;
 pub mod map;
 pub mod odometry;
 pub mod track;
+pub mod turn;
 pub mod two_view;

@@ -193,11 +193,11 @@ impl VisualOdometry {
     /// [`OdometryError::SizeChanged`] and [`OdometryError::StampsGoBack`]; the frame is then ignored and the next may be pushed.
     pub fn push(&mut self, frame: &VideoFrame) -> Result<FrameReport, OdometryError> {
         self.check(frame)?;
-        let predicted = match &self.stage {
+        let mut predicted = match &self.stage {
             Stage::Tracking(motion) => Some(predict(motion, frame.stamp)),
             Stage::Beginning(_) => None,
         };
-        self.follow(frame, predicted.as_ref());
+        self.follow(frame, predicted.as_mut());
         self.most_tracks = self.most_tracks.max(self.tracker.tracks().len());
         match predicted {
             Some(prior) => self.track(frame.stamp, &prior),
@@ -222,18 +222,34 @@ impl VisualOdometry {
         Ok(())
     }
 
-    /// Follows all points into the frame, each looked for where the predicted pose puts it.
-    fn follow(&mut self, frame: &VideoFrame, predicted: Option<&pose::PosePrior>) {
-        let (map, camera, stage) = (&self.map, &self.camera, &self.stage);
-        self.tracker.advance(&frame.image, |track| {
-            let (Some(prior), Stage::Tracking(motion)) = (predicted, stage) else { return None };
-            let direction = match map.landmarks.get(&track.id) {
-                Some(landmark) => map.direction(landmark, &prior.pose),
-                None => prior.pose.rotation.inverse() * (motion.pose.rotation * track.ray),
-            };
-            let pixel = camera.project(&direction)?;
-            let inside = pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < camera.width as f64 && pixel.y < camera.height as f64;
-            inside.then_some((pixel.x, pixel.y))
+    /// Follows all points into the frame, each looked for where the predicted pose puts it; the pictures' own turn corrects
+    /// the prediction first.
+    fn follow(&mut self, frame: &VideoFrame, predicted: Option<&mut pose::PosePrior>) {
+        let (map, camera) = (&self.map, &self.camera);
+        let last = match &self.stage {
+            Stage::Tracking(motion) => motion.pose.rotation,
+            Stage::Beginning(_) => UnitQuaternion::identity(),
+        };
+        let expected_turn = predicted.as_ref().map_or_else(UnitQuaternion::identity, |prior| prior.pose.rotation.inverse() * last);
+        self.tracker.advance(&frame.image, expected_turn, |turn| {
+            let prior = predicted.map(|prior| {
+                if let Some(now_from_last) = turn {
+                    prior.pose.rotation = last * now_from_last.inverse();
+                    // A walk's own parallax goes into the pictures' turn: a degree or two.
+                    prior.sigma_turn_rad = prior.sigma_turn_rad.min(0.04);
+                }
+                *prior
+            });
+            move |track: &Track| {
+                let direction = match (&prior, map.landmarks.get(&track.id)) {
+                    (Some(prior), Some(landmark)) => map.direction(landmark, &prior.pose),
+                    (Some(prior), None) => prior.pose.rotation.inverse() * (last * track.ray),
+                    (None, _) => turn? * track.ray,
+                };
+                let pixel = camera.project(&direction)?;
+                let inside = pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < camera.width as f64 && pixel.y < camera.height as f64;
+                inside.then_some((pixel.x, pixel.y))
+            }
         });
     }
 

@@ -1,11 +1,12 @@
 //! Which points are followed from frame to frame? The front end: corners, followed by KLT, each with an id for life.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Camera, GrayImage};
 
 use super::corners::{self, CornerOptions};
 use super::image::Pyramid;
 use super::klt::{self, KltOptions};
+use super::turn::{self, SmallPicture};
 
 /// A point followed through the video.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -26,6 +27,8 @@ pub struct Track {
 
 /// Pyramid levels: with 4, a patch of 11 px sees motions of ±40 px at full size.
 const LEVELS: usize = 4;
+/// Correlation over which two small pictures show the same.
+const ALIKE: f64 = 0.85;
 
 /// Follows points; holds the last frame only.
 #[derive(Debug)]
@@ -33,7 +36,7 @@ pub struct Tracker {
     camera: Camera,
     corners: CornerOptions,
     klt: KltOptions,
-    last: Option<Pyramid>,
+    last: Option<(Pyramid, SmallPicture)>,
     tracks: Vec<Track>,
     next_id: u64,
 }
@@ -51,10 +54,20 @@ impl Tracker {
         &self.tracks
     }
 
-    /// Follows all points into the next frame. `predict` says where a track's pixel should be now, as far as can be told.
-    pub fn advance(&mut self, image: &GrayImage, mut predict: impl FnMut(&Track) -> Option<(f64, f64)>) {
+    /// Follows all points into the next frame. `predict` says where a track's pixel should be now, as far as can be told, when
+    /// it is told how the camera turned since the last frame (`now ← last`), if the pictures say so at all.
+    pub fn advance<P: FnMut(&Track) -> Option<(f64, f64)>>(
+        &mut self,
+        image: &GrayImage,
+        expected_turn: UnitQuaternion<f64>,
+        predict: impl FnOnce(Option<UnitQuaternion<f64>>) -> P,
+    ) {
         let next = Pyramid::new(image, LEVELS);
-        if let Some(last) = &self.last {
+        let small = SmallPicture::new(&next.levels[next.levels.len() - 1], image.width());
+        let guesses = [expected_turn, UnitQuaternion::identity()];
+        let turn = self.last.as_ref().and_then(|(_, last)| turn::align(&self.camera, last, &small, &guesses));
+        let mut predict = predict(turn.filter(|t| t.correlation > ALIKE).map(|t| t.now_from_last));
+        if let Some((last, _)) = &self.last {
             let mut kept = Vec::with_capacity(self.tracks.len());
             for track in &self.tracks {
                 let guess = predict(track).unwrap_or(track.pixel);
@@ -68,7 +81,7 @@ impl Tracker {
             self.tracks = kept;
             self.drop_crowded();
         }
-        self.last = Some(next);
+        self.last = Some((next, small));
     }
 
     /// Two tracks that ended on one spot follow one point: the older stays.
@@ -93,7 +106,7 @@ impl Tracker {
 
     /// Looks for new corners where no point is followed; returns the new tracks.
     pub fn replenish(&mut self) -> Vec<Track> {
-        let Some(last) = &self.last else { return Vec::new() };
+        let Some((last, _)) = &self.last else { return Vec::new() };
         let taken: Vec<(f64, f64)> = self.tracks.iter().map(|t| t.pixel).collect();
         let found = corners::detect(&last.levels[0], &taken, &self.corners);
         let fresh: Vec<Track> = found

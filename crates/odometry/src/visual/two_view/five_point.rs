@@ -99,8 +99,8 @@ fn constraints(basis: &[Matrix3<f64>; 4]) -> [Cubic; 10] {
     let mut all = [[0.0; 20]; 10];
     for r in 0..3 {
         for c in 0..3 {
-            for k in 0..3 {
-                add_times(&mut all[3 * r + c], &square[r][k], &e(k, c), 1.0);
+            for (k, term) in square[r].iter().enumerate() {
+                add_times(&mut all[3 * r + c], term, &e(k, c), 1.0);
             }
         }
     }
