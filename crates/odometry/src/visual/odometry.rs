@@ -5,7 +5,7 @@
 //! Pitfall: at the corner of a corridor the view is a blank wall and the motion a near-pure rotation. Points there begin as
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Camera, CameraPose, Path, Rigid3, Seed, Sighting, Stamp, TrackingState, VideoFrame};
@@ -150,7 +150,7 @@ pub struct VisualOdometry {
     map: Map,
     stage: Stage,
     posed: Vec<Posed>,
-    seen_points: Vec<(KeyframeId, SeenPoint)>,
+    seen_points: Vec<SeenPoint>,
     most_tracks: usize,
     /// Points followed when the newest keyframe was taken.
     tracks_at_keyframe: usize,
@@ -370,18 +370,25 @@ impl VisualOdometry {
         let reference = self.map.newest();
         let reference_from_camera = reference.map_or(fit.pose, |k| self.map.pose(k).inverse() * fit.pose);
         self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers });
-        self.drop_dead();
+        self.drop_movers();
         self.move_on(stamp, fit.pose, state);
         if self.wants_keyframe(&fit.pose) {
             self.add_keyframe(stamp, fit.pose);
         }
     }
 
-    fn drop_dead(&mut self) {
+    /// Stops following what moves by itself, and forgets it: its rays must not pull on any keyframe.
+    ///
+    /// Points that were lost from view stay: their rays hold the keyframes of the window in place.
+    fn drop_movers(&mut self) {
         let landmarks = &mut self.map.landmarks;
         self.tracker.drop_tracks(|id| landmarks.get(&id).is_none_or(|l| l.strikes >= STRIKES));
-        let alive: std::collections::BTreeSet<TrackId> = self.tracker.tracks().iter().map(|t| t.id).collect();
-        landmarks.retain(|id, _| alive.contains(id));
+        landmarks.retain(|_, l| l.strikes < STRIKES);
+    }
+
+    /// Landmarks that are in view.
+    fn in_view(&self) -> impl Iterator<Item = &Landmark> {
+        self.tracker.tracks().iter().filter_map(|t| self.map.landmarks.get(&t.id))
     }
 
     /// Velocity from the last pose to this one; where nothing was seen it dies away.
@@ -407,7 +414,7 @@ impl VisualOdometry {
         let keyframe = self.map.pose(newest);
         let turned = keyframe.rotation.angle_to(&now.rotation);
         let lost = (self.tracker.tracks().len() as f64) < 0.75 * self.tracks_at_keyframe as f64;
-        let parallax = self.map.landmarks.values().filter(|l| l.has_depth()).map(|l| {
+        let parallax = self.in_view().filter(|l| l.has_depth()).map(|l| {
             let (before, after) = (self.map.direction(l, keyframe), self.map.direction(l, now));
             (keyframe.rotation * before).angle(&(now.rotation * after))
         });
@@ -419,7 +426,8 @@ impl VisualOdometry {
         let id = KeyframeId(self.map.keyframes.len());
         self.map.keyframes.push(Keyframe { stamp, pose: now });
         for track in self.tracker.tracks() {
-            if let Some(landmark) = self.map.landmarks.get_mut(&track.id) {
+            // What disagrees with this frame's pose must not pull on it.
+            if let Some(landmark) = self.map.landmarks.get_mut(&track.id).filter(|l| l.strikes == 0) {
                 landmark.seen.push((id, track.ray));
             }
         }
@@ -473,28 +481,32 @@ impl VisualOdometry {
         }
     }
 
-    /// Rays that no adjustment will look at again.
+    /// Rays that no adjustment will look at again, and lost points without any other.
     fn forget_old_rays(&mut self, id: KeyframeId) {
         let oldest = id.0.saturating_sub(self.options.window + 3);
-        for landmark in self.map.landmarks.values_mut() {
+        let followed: BTreeSet<TrackId> = self.tracker.tracks().iter().map(|t| t.id).collect();
+        self.map.landmarks.retain(|track, landmark| {
             landmark.seen.retain(|(k, _)| k.0 >= oldest);
-        }
+            followed.contains(track) || !landmark.seen.is_empty()
+        });
     }
 
     /// Points with a distance, as seen from this keyframe.
     fn note_seen_points(&mut self, id: KeyframeId) {
         let camera = self.map.pose(id);
-        for landmark in self.map.landmarks.values().filter(|l| l.sigma_rho < 0.15 * l.rho && l.strikes == 0 && l.seen.len() >= 2) {
+        let mut points = Vec::new();
+        for landmark in self.in_view().filter(|l| l.sigma_rho < 0.15 * l.rho && l.strikes == 0 && l.seen.len() >= 2) {
             let point = self.map.direction(landmark, camera) / landmark.rho;
             let sigma = landmark.sigma_rho / landmark.rho * point.norm();
-            self.seen_points.push((id, SeenPoint { stamp: self.map.keyframes[id.0].stamp, point, sigma }));
+            points.push(SeenPoint { stamp: self.map.keyframes[id.0].stamp, point, sigma });
         }
+        self.seen_points.extend(points);
     }
 
     /// New points begin at the usual distance of the points in view, vaguely.
     fn add_landmarks(&mut self, id: KeyframeId) {
         let camera = *self.map.pose(id);
-        let known = self.map.landmarks.values().filter(|l| l.has_depth());
+        let known = self.in_view().filter(|l| l.has_depth());
         let usual = median(known.map(|l| l.rho / self.map.direction(l, &camera).norm()).collect());
         // Indoors, with units of about a metre, walls are some 4 m away.
         let rho = if usual > 0.0 { usual.clamp(0.05, 2.0) } else { 0.25 };
@@ -527,7 +539,7 @@ impl VisualOdometry {
         let scale = ground::metres_by_walking(&poses, self.options.walking_speed_m_s);
         let poses = ground::levelled(&poses, &level, scale);
         let by_stamp: BTreeMap<Stamp, usize> = poses.iter().enumerate().map(|(i, p)| (p.stamp, i)).collect();
-        let seen = self.seen_points.iter().filter_map(|(_, s)| by_stamp.get(&s.stamp).map(|i| (&poses[*i], s.scaled(scale))));
+        let seen = self.seen_points.iter().filter_map(|s| by_stamp.get(&s.stamp).map(|i| (&poses[*i], s.scaled(scale))));
         let sightings = ground::sightings(&seen.collect::<Vec<_>>());
         let path = ground::path(&poses);
         let gaps = gaps(&poses);

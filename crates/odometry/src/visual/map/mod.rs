@@ -64,7 +64,7 @@ impl Landmark {
 pub struct Map {
     /// All keyframes, oldest first; only the last few are still moved.
     pub keyframes: Vec<Keyframe>,
-    /// Landmarks that are still tracked.
+    /// Landmarks that are still followed, and lost ones whose rays hold keyframes that are still moved.
     pub landmarks: BTreeMap<TrackId, Landmark>,
 }
 
