@@ -197,10 +197,10 @@ impl VisualOdometry {
             Stage::Tracking(motion) => Some(predict(motion, frame.stamp)),
             Stage::Beginning(_) => None,
         };
-        self.follow(frame, predicted.as_mut());
+        let turn_seen = self.follow(frame, predicted.as_mut());
         self.most_tracks = self.most_tracks.max(self.tracker.tracks().len());
         match predicted {
-            Some(prior) => self.track(frame.stamp, &prior),
+            Some(prior) => self.track(frame.stamp, &prior, turn_seen),
             None => self.begin(frame.stamp),
         }
         let tracks = self.tracker.tracks().len();
@@ -224,14 +224,18 @@ impl VisualOdometry {
 
     /// Follows all points into the frame, each looked for where the predicted pose puts it; the pictures' own turn corrects
     /// the prediction first.
-    fn follow(&mut self, frame: &VideoFrame, predicted: Option<&mut pose::PosePrior>) {
+    ///
+    /// Returns whether the pictures were alike enough to tell a turn.
+    fn follow(&mut self, frame: &VideoFrame, predicted: Option<&mut pose::PosePrior>) -> bool {
         let (map, camera) = (&self.map, &self.camera);
         let last = match &self.stage {
             Stage::Tracking(motion) => motion.pose.rotation,
             Stage::Beginning(_) => UnitQuaternion::identity(),
         };
         let expected_turn = predicted.as_ref().map_or_else(UnitQuaternion::identity, |prior| prior.pose.rotation.inverse() * last);
+        let mut turn_seen = false;
         self.tracker.advance(&frame.image, expected_turn, |turn| {
+            turn_seen = turn.is_some();
             let prior = predicted.map(|prior| {
                 if let Some(now_from_last) = turn {
                     prior.pose.rotation = last * now_from_last.inverse();
@@ -251,6 +255,7 @@ impl VisualOdometry {
                 inside.then_some((pixel.x, pixel.y))
             }
         });
+        turn_seen
     }
 
     /// No map yet: turns are followed; the first parallax begins the map.
@@ -283,8 +288,8 @@ impl VisualOdometry {
         let baseline = self.options.walking_speed_m_s * seconds;
         let now_from_base = Pose::from_parts((first.fit.pose.direction * baseline).into(), first.fit.pose.rotation);
         let now = base * now_from_base.inverse();
-        self.map.keyframes.push(Keyframe { stamp: frames[0].stamp, pose: base });
-        self.map.keyframes.push(Keyframe { stamp, pose: now });
+        self.map.keyframes.push(Keyframe { stamp: frames[0].stamp, pose: base, turn: UnitQuaternion::identity() });
+        self.map.keyframes.push(Keyframe { stamp, pose: now, turn: base.rotation.inverse() * now.rotation });
         let now_rays = &frames[frames.len() - 1].rays;
         for (id, (rho, sigma_rho)) in &first.points {
             let (Some(ray), Some(seen)) = (frames[0].rays.get(id), now_rays.get(id)) else { continue };
@@ -341,7 +346,7 @@ impl VisualOdometry {
     }
 
     /// One frame against the map.
-    fn track(&mut self, stamp: Stamp, prior: &pose::PosePrior) {
+    fn track(&mut self, stamp: Stamp, prior: &pose::PosePrior, turn_seen: bool) {
         let sights = self.sights(self.tracker.tracks().iter().map(|t| (t.id, t.ray)));
         let only: Vec<pose::Sight> = sights.iter().map(|s| s.1).collect();
         let fit = pose::solve(&only, prior, self.sigma_rad());
@@ -365,6 +370,7 @@ impl VisualOdometry {
         let state = match (with_depth, inliers) {
             (10.., _) => TrackingState::Mapped,
             (_, 8..) => TrackingState::RotationOnly,
+            _ if turn_seen => TrackingState::RotationOnly,
             _ => TrackingState::Propagated,
         };
         let reference = self.map.newest();
@@ -424,7 +430,8 @@ impl VisualOdometry {
     /// Remembers the frame: new points, checked against the keyframe before, and the last few keyframes adjusted.
     fn add_keyframe(&mut self, stamp: Stamp, now: Pose) {
         let id = KeyframeId(self.map.keyframes.len());
-        self.map.keyframes.push(Keyframe { stamp, pose: now });
+        let turn = self.map.keyframes.last().map_or_else(UnitQuaternion::identity, |k| k.pose.rotation.inverse() * now.rotation);
+        self.map.keyframes.push(Keyframe { stamp, pose: now, turn });
         for track in self.tracker.tracks() {
             // What disagrees with this frame's pose must not pull on it.
             if let Some(landmark) = self.map.landmarks.get_mut(&track.id).filter(|l| l.strikes == 0) {

@@ -4,7 +4,7 @@
 //! (Triggs et al. 2000, §6.1), Huber loss. The oldest keyframes of the window stay fixed: they hold position, heading and scale.
 //! A weak prior on how fast the speed changes holds the scale where nothing else does: in a corner, in front of a blank wall.
 
-use nalgebra::{DMatrix, DVector, Matrix2x6, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix2x6, Matrix3, UnitQuaternion, Vector3, Vector6};
 
 use super::{KeyframeId, Landmark, MIN_RHO, Map, Pose, Residual, direction};
 
@@ -24,6 +24,10 @@ pub struct BundleOptions {
 /// Loss turns linear at this many standard deviations (Huber).
 const HUBER: f64 = 1.8;
 
+/// Standard deviation of the turn between keyframes as the frames between said it. Wide against what points say (a
+/// milliradian), narrow against what a keyframe without common points would do by itself.
+const TURN_SIGMA_RAD: f64 = 0.02;
+
 /// One ray of a landmark in a keyframe of the window.
 struct Ray<'a> {
     keyframe: usize,
@@ -36,6 +40,7 @@ struct Problem<'a> {
     first: usize,
     poses: Vec<Pose>,
     stamps_s: Vec<f64>,
+    turns: Vec<UnitQuaternion<f64>>,
     landmarks: Vec<(&'a Landmark, Vec<Ray<'a>>)>,
     options: BundleOptions,
 }
@@ -81,6 +86,7 @@ impl<'a> Problem<'a> {
             first,
             poses: map.keyframes.iter().map(|k| k.pose).collect(),
             stamps_s: map.keyframes.iter().map(|k| k.stamp.secs_since(origin)).collect(),
+            turns: map.keyframes.iter().map(|k| k.turn).collect(),
             landmarks: map.landmarks.values().map(|l| (l, rays_of(l))).collect(),
             options,
         }
@@ -141,6 +147,9 @@ impl<'a> Problem<'a> {
         for k in self.first.max(2)..poses.len() {
             sum += self.speed_change(poses, k).0.norm_squared();
         }
+        for k in self.first.max(1)..poses.len() {
+            sum += self.turn_error(poses, k).0.norm_squared();
+        }
         (sum, rays_seen)
     }
 
@@ -154,6 +163,30 @@ impl<'a> Problem<'a> {
         (at(k) * by[0] + at(k - 1) * by[1] + at(k - 2) * by[2], by)
     }
 
+    /// How the turn from keyframe k − 1 to k differs from what the frames between said, in standard deviations, and its
+    /// derivative by the rotation of k − 1 (that by k is the identity over the standard deviation, to first order).
+    fn turn_error(&self, poses: &[Pose], k: usize) -> (Vector3<f64>, Matrix3<f64>) {
+        let turn = poses[k - 1].rotation.inverse() * poses[k].rotation;
+        let error = (self.turns[k].inverse() * turn).scaled_axis() / TURN_SIGMA_RAD;
+        (error, -turn.inverse().to_rotation_matrix().into_inner() / TURN_SIGMA_RAD)
+    }
+
+    fn turn_terms(&self, poses: &[Pose], normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+        for k in self.first.max(1)..poses.len() {
+            let (error, by_before) = self.turn_error(poses, k);
+            let touched = [(k, Matrix3::identity() / TURN_SIGMA_RAD), (k - 1, by_before)];
+            for (i, a) in &touched {
+                let Some(row) = i.checked_sub(self.first) else { continue };
+                gradient.fixed_rows_mut::<3>(6 * row).gemv(1.0, &a.transpose(), &error, 1.0);
+                for (j, b) in &touched {
+                    let Some(column) = j.checked_sub(self.first) else { continue };
+                    let mut block = normal.fixed_view_mut::<3, 3>(6 * row, 6 * column);
+                    block += a.transpose() * b;
+                }
+            }
+        }
+    }
+
     /// One damped Gauss–Newton step; `None` when the reduced system is not positive definite.
     fn step(&self, poses: &[Pose], rhos: &[f64], damping: f64) -> Option<(Vec<Pose>, Vec<f64>)> {
         let size = 6 * (poses.len() - self.first);
@@ -165,6 +198,7 @@ impl<'a> Problem<'a> {
             eliminated.push(entry);
         }
         self.speed_terms(poses, &mut normal, &mut gradient);
+        self.turn_terms(poses, &mut normal, &mut gradient);
         let diagonal = normal.diagonal();
         for (i, d) in diagonal.iter().enumerate() {
             normal[(i, i)] += damping * d.max(1e-6);
@@ -306,7 +340,6 @@ mod tests {
     use super::*;
     use crate::visual::track::TrackId;
     use crate::visual::two_view::scene::uniform;
-    use nalgebra::UnitQuaternion;
     use planwalk_types::{Seed, Stamp};
 
     /// Six keyframes a step of 0.3 apart on an arc before 80 points, seen with noise; poses and distances then disturbed.
@@ -323,7 +356,8 @@ mod tests {
             .collect();
         let mut map = Map::default();
         for (k, pose) in truth.iter().enumerate() {
-            map.keyframes.push(super::super::Keyframe { stamp: Stamp(k as i64 * 300_000_000), pose: *pose });
+            let turn = truth[k.saturating_sub(1)].rotation.inverse() * pose.rotation;
+            map.keyframes.push(super::super::Keyframe { stamp: Stamp(k as i64 * 300_000_000), pose: *pose, turn });
         }
         for i in 0..80 {
             let distance = uniform(&mut rng, 2.0, 7.0);
@@ -368,6 +402,18 @@ mod tests {
             let off = (map.keyframes[5].pose.translation.vector - truth[5].translation.vector).norm();
             assert!(off < 0.02, "seed {seed}: the last keyframe is {off} off");
         }
+    }
+
+    #[test]
+    fn a_keyframe_without_points_keeps_the_turn_that_the_frames_said() {
+        let (mut map, truth) = disturbed(1, 0.0);
+        for landmark in map.landmarks.values_mut() {
+            landmark.seen.retain(|(k, _)| k.0 < 5);
+        }
+        adjust(&mut map, &options()).unwrap();
+        // Held by a turn of 0.02 rad and a speed alone, with nothing against them.
+        assert!(map.keyframes[5].pose.rotation.angle_to(&truth[5].rotation) < 2e-3, "{}", map.keyframes[5].pose);
+        assert!((map.keyframes[5].pose.translation.vector - truth[5].translation.vector).norm() < 0.05);
     }
 
     #[test]

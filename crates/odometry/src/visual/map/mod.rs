@@ -31,6 +31,8 @@ pub struct Keyframe {
     pub stamp: Stamp,
     /// Where the camera was.
     pub pose: Pose,
+    /// How it had turned since the keyframe before (`before ← this`), as the frames between said.
+    pub turn: UnitQuaternion<f64>,
 }
 
 /// A point of the world.

@@ -1,0 +1,44 @@
+//! Why is there no simulation?
+
+use planwalk_types::{CameraError, PlanError};
+
+/// Why a scene cannot be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// An option outside its range.
+    #[error("{what} is {value}, but must lie in {low}..={high}")]
+    Option {
+        /// Which option, with its unit.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// Least value.
+        low: f64,
+        /// Greatest value.
+        high: f64,
+    },
+    /// Nowhere to walk, or not far enough.
+    #[error(
+        "no walk of {wanted_m:.1} m was found in {tries} tries (the longest has {found_m:.1} m): open more doors, walk for a shorter \
+         time, or take another seed"
+    )]
+    NoWalk {
+        /// Length wanted, metres.
+        wanted_m: f64,
+        /// Longest length found, metres.
+        found_m: f64,
+        /// Routes tried.
+        tries: usize,
+    },
+    /// The building makes no floor plan.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The camera is none.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+}
+
+/// Checks that an option lies in its range; NaN does not.
+pub(crate) fn in_range(what: &'static str, value: f64, low: f64, high: f64) -> Result<(), SimError> {
+    if value >= low && value <= high { Ok(()) } else { Err(SimError::Option { what, value, low, high }) }
+}

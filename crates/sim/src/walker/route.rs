@@ -1,0 +1,220 @@
+//! Which way through the rooms? Shortest ways over free space that keep to the middle, from room to room.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use planwalk_types::{Plan, Pt2, StreamRng};
+use rand::RngExt;
+
+use crate::building::{Building, RoomKind};
+use crate::world::World;
+
+/// Cell of the map, metres: a door of 1 m is ten cells.
+const CELL_M: f64 = 0.1;
+/// Cells closer to something than this are not walked; a little over the clearance, for the sway and for cut corners.
+const KEEP_OFF_M: f64 = 0.42;
+/// Where there is more room than this, one does not care.
+const AT_EASE_M: f64 = 0.85;
+/// Rooms' goals lie at least this far from everything, metres: room to turn round.
+const GOAL_CLEAR_M: f64 = 0.8;
+/// Half of the window that turns the corners of the grid into arcs, metres.
+const SMOOTH_M: f64 = 0.45;
+/// Distance of the points of a route, metres.
+const POINT_M: f64 = 0.05;
+
+/// Free space and how far it is from everything.
+pub(super) struct FreeMap {
+    origin: Pt2<Plan>,
+    width: usize,
+    height: usize,
+    clearance: Vec<f32>,
+    /// Cells of each room in which a goal may lie.
+    goals: Vec<Vec<usize>>,
+}
+
+/// A way, one point every 5 cm.
+pub(super) struct Route {
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Route {
+    pub fn length_m(&self) -> f64 {
+        self.points.len().saturating_sub(1) as f64 * POINT_M
+    }
+
+    /// The point `along_m` from the start.
+    pub fn at(&self, along_m: f64) -> [f64; 2] {
+        let place = (along_m / POINT_M).clamp(0.0, self.points.len().saturating_sub(1) as f64);
+        let i = (place as usize).min(self.points.len().saturating_sub(2));
+        let (Some(a), Some(b)) = (self.points.get(i), self.points.get(i + 1).or(self.points.get(i))) else { return [0.0, 0.0] };
+        let t = place - i as f64;
+        [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
+    }
+}
+
+impl FreeMap {
+    pub fn new(building: &Building, world: &World) -> Self {
+        let (low, high) = building.bounds();
+        let (width, height) = (((high.x - low.x) / CELL_M).ceil() as usize + 1, ((high.y - low.y) / CELL_M).ceil() as usize + 1);
+        let mut map = Self { origin: low, width, height, clearance: Vec::new(), goals: vec![Vec::new(); building.rooms.len()] };
+        map.clearance = (0..width * height).map(|i| world.clearance(map.centre(i)) as f32).collect();
+        for i in 0..width * height {
+            if f64::from(map.clearance[i]) >= GOAL_CLEAR_M
+                && let Some(room) = building.room_at(map.centre(i))
+            {
+                map.goals[room].push(i);
+            }
+        }
+        map
+    }
+
+    fn centre(&self, i: usize) -> Pt2<Plan> {
+        let (x, y) = ((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
+        Pt2::new(self.origin.x + x * CELL_M, self.origin.y + y * CELL_M)
+    }
+
+    /// A way from room to room that is at least `wanted_m` long, or as long as it gets; `None` where one cannot walk at all.
+    pub fn route(&self, building: &Building, wanted_m: f64, rng: &mut StreamRng) -> Option<Route> {
+        let mut usable: Vec<usize> = (0..self.goals.len()).filter(|r| !self.goals[*r].is_empty()).collect();
+        let start_rooms: Vec<usize> = usable.iter().copied().filter(|r| building.rooms[*r].kind != RoomKind::Corridor).collect();
+        if start_rooms.is_empty() {
+            return None;
+        }
+        let mut room = start_rooms[rng.random_range(0..start_rooms.len())];
+        let mut cell = self.goals[room][rng.random_range(0..self.goals[room].len())];
+        let mut visits = vec![0usize; self.goals.len()];
+        visits[room] += 1;
+        let mut cells = vec![cell];
+        let (mut length_m, mut failures) = (0.0, 0);
+        // A margin over what is wanted: smoothing and the grid's diagonals shorten the way.
+        while length_m < 1.15 * wanted_m + 2.0 && failures < 12 {
+            // A room less often visited, by chance.
+            let next =
+                (0..3).map(|_| usable[rng.random_range(0..usable.len())]).min_by_key(|r| visits[*r] + usize::from(*r == room) * 100)?;
+            let goal = self.goals[next][rng.random_range(0..self.goals[next].len())];
+            if next == room {
+                failures += 1;
+                continue;
+            }
+            let Some(leg) = self.leg(cell, goal) else {
+                // Behind a shut door: it stays so.
+                usable.retain(|r| *r != next);
+                continue;
+            };
+            length_m += leg.windows(2).map(|w| self.centre(w[0]).distance(self.centre(w[1]))).sum::<f64>();
+            cells.extend_from_slice(&leg[1..]);
+            (room, cell) = (next, goal);
+            visits[next] += 1;
+            failures = 0;
+        }
+        let corners: Vec<[f64; 2]> = cells.iter().map(|i| [self.centre(*i).x, self.centre(*i).y]).collect();
+        let fine = resample(&corners);
+        Some(Route { points: resample(&smooth(&fine)) })
+    }
+
+    /// Cheapest way between two cells (A*), each step dearer near things.
+    fn leg(&self, from: usize, to: usize) -> Option<Vec<usize>> {
+        let count = self.width * self.height;
+        let (mut cost, mut came) = (vec![f32::INFINITY; count], vec![u32::MAX; count]);
+        let target = self.centre(to);
+        let mut open = BinaryHeap::new();
+        cost[from] = 0.0;
+        open.push(Open { total: self.centre(from).distance(target) as f32, cell: from });
+        while let Some(Open { total, cell }) = open.pop() {
+            if cell == to {
+                return Some(retrace(&came, from, to));
+            }
+            if total > cost[cell] + self.centre(cell).distance(target) as f32 + 1e-4 {
+                continue;
+            }
+            let (x, y) = (cell % self.width, cell / self.width);
+            for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)] {
+                let (Some(nx), Some(ny)) = (x.checked_add_signed(dx), y.checked_add_signed(dy)) else { continue };
+                if nx >= self.width || ny >= self.height {
+                    continue;
+                }
+                let next = ny * self.width + nx;
+                let clear = f64::from(self.clearance[next]);
+                if clear < KEEP_OFF_M {
+                    continue;
+                }
+                let crowded = ((AT_EASE_M - clear) / AT_EASE_M).max(0.0);
+                let step = CELL_M * if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
+                let through = cost[cell] + (step * (1.0 + 12.0 * crowded * crowded)) as f32;
+                if through < cost[next] {
+                    cost[next] = through;
+                    came[next] = cell as u32;
+                    open.push(Open { total: through + self.centre(next).distance(target) as f32, cell: next });
+                }
+            }
+        }
+        None
+    }
+}
+
+/// A cell on A*'s list, cheapest first, then by number so that ties fall the same way everywhere.
+struct Open {
+    total: f32,
+    cell: usize,
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.total.total_cmp(&self.total).then(other.cell.cmp(&self.cell))
+    }
+}
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Open {}
+
+fn retrace(came: &[u32], from: usize, to: usize) -> Vec<usize> {
+    let mut cells = vec![to];
+    let mut cell = to;
+    while cell != from {
+        cell = came[cell] as usize;
+        cells.push(cell);
+    }
+    cells.reverse();
+    cells
+}
+
+/// Points every 5 cm along a line.
+fn resample(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut points: Vec<[f64; 2]> = line.first().copied().into_iter().collect();
+    let mut left = POINT_M;
+    for pair in line.windows(2) {
+        let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
+        let length = libm::hypot(dx, dy);
+        let mut at = left;
+        while at <= length {
+            points.push([pair[0][0] + at / length * dx, pair[0][1] + at / length * dy]);
+            at += POINT_M;
+        }
+        left = at - length;
+    }
+    points
+}
+
+/// Mean over a window along the line: two passes make corners into arcs of continuous curvature.
+fn smooth(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let reach = (SMOOTH_M / POINT_M / 2.0) as usize;
+    let pass = |line: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        (0..line.len())
+            .map(|i| {
+                let r = reach.min(i).min(line.len() - 1 - i);
+                let window = &line[i - r..=i + r];
+                let n = window.len() as f64;
+                [window.iter().map(|p| p[0]).sum::<f64>() / n, window.iter().map(|p| p[1]).sum::<f64>() / n]
+            })
+            .collect()
+    };
+    pass(&pass(line))
+}
