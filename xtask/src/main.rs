@@ -1,2 +1,35 @@
-//! main
-fn main() {}
+//! Checks of the workspace that cargo itself does not make: `cargo xtask layers`.
+
+mod layers;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask layers    which crate may use which, and what the pure crates must not touch";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["layers"] => layers::check(),
+        _ => Err(vec![USAGE.to_owned()]),
+    };
+    match outcome {
+        Ok(said) => {
+            say(&said);
+            ExitCode::SUCCESS
+        }
+        Err(faults) => {
+            faults.iter().for_each(|fault| complain(fault));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "this is a command; its result goes to the terminal")]
+fn say(text: &str) {
+    println!("{text}");
+}
+
+#[expect(clippy::print_stderr, reason = "this is a command; its faults go to the terminal")]
+fn complain(text: &str) {
+    eprintln!("{text}");
+}

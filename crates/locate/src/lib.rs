@@ -1,1 +1,101 @@
 //! Localisation of a path and its sightings on a floor plan.
+//!
+//! path + sightings × plan ──▶ [`localize`]: a particle filter over pose and scale ──▶ posterior, hypotheses, smoothed track, verdict
+//! path × plan ──▶ [`place`]: every start from which a perfect path hits no wall
+//!
+//! The filter is causal and can be fed live ([`Localizer`]); smoothing comes after. "Don't know" is an answer
+//! ([`planwalk_types::Status`]), not an error. Nothing here touches a file, a clock or entropy; the same seed gives the same
+//! bytes on any number of threads.
+
+mod filter;
+mod history;
+mod likelihood;
+mod modes;
+mod motion;
+mod particles;
+mod placement;
+mod prior;
+mod run;
+mod smooth;
+mod survival;
+mod verdict;
+mod walls;
+
+pub use filter::{FilterView, Localizer, LocateOptions};
+pub use likelihood::SightingModel;
+pub use motion::NoiseFloor;
+pub use placement::{PlaceOptions, Placement, PlacementMode, place};
+pub use prior::{ScalePrior, StartPrior};
+pub use run::{Localization, Quality, localize, localize_observed};
+pub use verdict::VerdictOptions;
+pub use walls::{GroundCosts, Walls};
+
+/// Why there is no answer at all.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LocateError {
+    /// Nothing to localise.
+    #[error("the path has {steps} steps, but localisation needs at least 1: was anything tracked?")]
+    EmptyPath {
+        /// How many there are.
+        steps: usize,
+    },
+    /// A step that is no motion.
+    #[error("step {index} is not finite: remove it, or repair the poses that it comes from")]
+    NotFinite {
+        /// Which step, counted from 0.
+        index: usize,
+    },
+    /// Steps must follow each other.
+    #[error("step {index} begins at {from_s:.6} s and ends at {to_s:.6} s: steps must go forward in time, one after the other")]
+    StepsGoBack {
+        /// Which step, counted from 0.
+        index: usize,
+        /// Where it begins, seconds.
+        from_s: f64,
+        /// Where it ends, seconds.
+        to_s: f64,
+    },
+    /// A scale that no odometry has.
+    #[error("a scale of {metres_per_unit} metres a unit, within {relative_sigma}, is none: it must be positive, the spread from 0 to 3")]
+    BadScalePrior {
+        /// Median, metres a unit.
+        metres_per_unit: f64,
+        /// Standard deviation of the logarithm.
+        relative_sigma: f64,
+    },
+    /// A start that is no place.
+    #[error("the start ({x}, {y}) within {sigma_m} m and {sigma_rad} rad is no place: all must be finite, the spreads not negative")]
+    BadStart {
+        /// Plan, metres.
+        x: f64,
+        /// Plan, metres.
+        y: f64,
+        /// Spread of the place, metres.
+        sigma_m: f64,
+        /// Spread of the heading, radians.
+        sigma_rad: f64,
+    },
+    /// A start that is not on this plan.
+    #[error(
+        "the start ({x}, {y}) is {off_m:.1} m off the plan, which spans x {:.1}..{:.1} m, y {:.1}..{:.1} m: is it in metres, and y up?",
+        span[0], span[1], span[2], span[3]
+    )]
+    StartOffPlan {
+        /// Plan, metres.
+        x: f64,
+        /// Plan, metres.
+        y: f64,
+        /// Distance to the plan, metres.
+        off_m: f64,
+        /// The plan's x from, x to, y from, y to, metres.
+        span: [f64; 4],
+    },
+    /// A range of scales or headings that holds nothing to try.
+    #[error("scales from {low} to {high} m a unit hold nothing to try: both must be positive and finite, in this order")]
+    BadScaleRange {
+        /// Lowest, metres a unit.
+        low: f64,
+        /// Highest, metres a unit.
+        high: f64,
+    },
+}

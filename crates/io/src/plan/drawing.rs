@@ -1,0 +1,185 @@
+//! Which pixels of a bare picture are walls? The dark ones; or the light lines of a drawing on a dark ground.
+//!
+//! Darkness is the brightest of red, green and blue, over white paper where the picture is transparent: black and grey are
+//! dark, a red door or a blue note is not.
+
+use image::DynamicImage;
+use planwalk_types::Cell;
+
+use super::cells::Pixels;
+
+/// Halfway between black and white.
+const MID_GREY: u8 = 128;
+/// Share of dark pixels below which the threshold is taken to have missed the drawing: 1 cm of line in a 10 m × 10 m picture.
+const LEAST_SHARE: f64 = 1e-4;
+/// No wall is thicker than this, metres; light areas wider than this in both directions are floor.
+const THICKEST_WALL_M: f64 = 1.0;
+
+/// Wall and free pixels, and what was decided.
+pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels, Vec<String>) {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let brightness = brightness(picture);
+    let mut notes = Vec::new();
+    let threshold = threshold(&brightness, &mut notes);
+    let mut is_wall: Vec<bool> = brightness.iter().map(|b| *b < threshold).collect();
+    let dark = is_wall.iter().filter(|d| **d).count();
+    if 2 * dark > is_wall.len() && dark < is_wall.len() {
+        let light_is_floor = thick_share(&is_wall, width, THICKEST_WALL_M / metres_per_pixel) > 0.5;
+        let percent = 100.0 * dark as f64 / is_wall.len() as f64;
+        if light_is_floor {
+            notes.push(format!(
+                "{percent:.0} % of the picture is dark; the light areas are as wide as rooms, so dark is wall and light is floor"
+            ));
+        } else {
+            notes.push(format!(
+                "{percent:.0} % of the picture is dark and the light parts are thin: it is read as light walls on dark ground"
+            ));
+            is_wall.iter_mut().for_each(|wall| *wall = !*wall);
+        }
+    }
+    let cells = is_wall.iter().map(|wall| if *wall { Cell::Wall } else { Cell::Free }).collect();
+    (Pixels { width, height, cells }, notes)
+}
+
+fn brightness(picture: DynamicImage) -> Vec<u8> {
+    match picture {
+        DynamicImage::ImageLuma8(grey) => grey.into_raw(),
+        DynamicImage::ImageLumaA8(grey) => grey.pixels().map(|p| over_white(p.0[0], p.0[1])).collect(),
+        DynamicImage::ImageRgb8(rgb) => rgb.pixels().map(|p| brightest(&p.0)).collect(),
+        other => other.into_rgba8().pixels().map(|p| over_white(brightest(&p.0[..3]), p.0[3])).collect(),
+    }
+}
+
+fn brightest(channels: &[u8]) -> u8 {
+    channels.iter().copied().max().unwrap_or(255)
+}
+
+fn over_white(value: u8, alpha: u8) -> u8 {
+    let (value, alpha) = (u32::from(value), u32::from(alpha));
+    ((value * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+}
+
+/// Pixels darker than this are dark: mid-grey, or, where that misses a faint drawing, the split after Otsu (1979).
+fn threshold(brightness: &[u8], notes: &mut Vec<String>) -> u8 {
+    let mut histogram = [0u64; 256];
+    for b in brightness {
+        histogram[usize::from(*b)] += 1;
+    }
+    let dark: u64 = histogram[..usize::from(MID_GREY)].iter().sum();
+    let levels = histogram.iter().filter(|n| **n > 0).count();
+    let share = dark as f64 / brightness.len() as f64;
+    if (LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share) || levels < 2 {
+        return MID_GREY;
+    }
+    let split = otsu(&histogram);
+    notes.push(format!("the drawing is faint: brightness below {split} of 255 is taken as dark, not below {MID_GREY}"));
+    split
+}
+
+fn otsu(histogram: &[u64; 256]) -> u8 {
+    let moments = |levels: std::ops::Range<usize>| {
+        levels.fold((0.0, 0.0), |(n, sum), level| (n + histogram[level] as f64, sum + (level as u64 * histogram[level]) as f64))
+    };
+    let between = |split: usize| {
+        let ((n0, s0), (n1, s1)) = (moments(0..split), moments(split..256));
+        if n0 == 0.0 || n1 == 0.0 { 0.0 } else { n0 * n1 * (s0 / n0 - s1 / n1).powi(2) }
+    };
+    // The first best split of equals: the darkest level that counts as light lies at it.
+    let best = (1..256).fold((1, 0.0), |best, split| if between(split) > best.1 { (split, between(split)) } else { best });
+    best.0 as u8
+}
+
+/// Share of the light pixels whose row *and* column of light are both longer than `thick_px`.
+fn thick_share(is_dark: &[bool], width: usize, thick_px: f64) -> f64 {
+    let height = is_dark.len() / width;
+    let long = |length: usize| length as f64 > thick_px;
+    let mut thick_in_row = vec![false; is_dark.len()];
+    for v in 0..height {
+        let row = v * width;
+        for_runs(width, |u| !is_dark[row + u], |run| thick_in_row[row + run.start..row + run.end].fill(long(run.len())));
+    }
+    let mut thick = 0usize;
+    for u in 0..width {
+        for_runs(
+            height,
+            |v| !is_dark[v * width + u],
+            |run| {
+                if long(run.len()) {
+                    thick += run.filter(|v| thick_in_row[v * width + u]).count();
+                }
+            },
+        );
+    }
+    thick as f64 / is_dark.iter().filter(|d| !**d).count().max(1) as f64
+}
+
+/// Calls `found` with each run of places where `is` holds.
+fn for_runs(count: usize, is: impl Fn(usize) -> bool, mut found: impl FnMut(std::ops::Range<usize>)) {
+    let mut start = None;
+    for i in 0..=count {
+        match (i < count && is(i), start) {
+            (true, None) => start = Some(i),
+            (false, Some(begin)) => {
+                found(begin..i);
+                start = None;
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{GrayImage, Luma, Rgba, RgbaImage};
+
+    fn walls(picture: DynamicImage) -> (usize, Vec<String>) {
+        let (pixels, notes) = classify(picture, 0.1);
+        (pixels.cells.iter().filter(|c| **c == Cell::Wall).count(), notes)
+    }
+
+    /// 100 × 100 px with a frame of one pixel.
+    fn frame(line: u8, ground: u8) -> DynamicImage {
+        let is_line = |u, v| u == 10 || v == 10 || u == 90 || v == 90;
+        GrayImage::from_fn(100, 100, |u, v| Luma([if is_line(u, v) { line } else { ground }])).into()
+    }
+
+    #[test]
+    fn dark_lines_are_walls_on_paper_and_light_lines_on_a_blackboard() {
+        let lines = 4 * 100 - 4;
+        assert_eq!(walls(frame(0, 255)).0, lines);
+        assert_eq!(walls(frame(100, 255)).0, lines);
+        let (count, notes) = walls(frame(255, 0));
+        assert_eq!(count, lines);
+        assert!(notes.iter().any(|n| n.contains("light walls")), "{notes:?}");
+    }
+
+    #[test]
+    fn faint_drawings_are_found_and_said_to_be_faint() {
+        let (count, notes) = walls(frame(200, 250));
+        assert_eq!(count, 4 * 100 - 4);
+        assert!(notes.iter().any(|n| n.contains("faint")), "{notes:?}");
+    }
+
+    #[test]
+    fn light_rooms_in_solid_black_are_not_taken_for_walls() {
+        // Scanned maps draw all that is not floor in black. A room of 4 m × 4 m.
+        let room = |u, v| (30..70).contains(&u) && (30..70).contains(&v);
+        let picture = GrayImage::from_fn(100, 100, |u, v| Luma([if room(u, v) { 255 } else { 0 }]));
+        assert_eq!(walls(picture.into()).0, 100 * 100 - 40 * 40);
+    }
+
+    #[test]
+    fn transparency_is_paper_and_colours_are_notes() {
+        let mut picture = RgbaImage::from_pixel(20, 20, Rgba([0, 0, 0, 0]));
+        picture.put_pixel(3, 3, Rgba([0, 0, 0, 255]));
+        picture.put_pixel(4, 4, Rgba([255, 0, 0, 255]));
+        assert_eq!(walls(picture.into()).0, 1);
+    }
+
+    #[test]
+    fn one_colour_stays_one_colour() {
+        assert_eq!(walls(GrayImage::from_pixel(9, 9, Luma([255])).into()).0, 0);
+        assert_eq!(walls(GrayImage::from_pixel(9, 9, Luma([0])).into()).0, 81);
+    }
+}

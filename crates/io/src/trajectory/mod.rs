@@ -1,0 +1,262 @@
+//! Where was the body, or the camera, and when? Trajectories in TUM, KITTI, EuRoC, CARMEN and CSV form.
+//!
+//! file (also .gz, .bz2) ─▶ format by content ─▶ timed poses ─▶ `odom ← body`, z up
+//!
+//! | format | a line | frame |
+//! |---|---|---|
+//! | TUM | `t x y z qx qy qz qw`, seconds | as said, else body |
+//! | KITTI | 12 numbers, rows of `world ← camera`; times beside, else 10 Hz | camera |
+//! | EuRoC | `ns, x, y, z, qw, qx, qy, qz, …` | as said, else body |
+//! | CARMEN | `ODOM x y theta … t host t`, else the odometry in `FLASER` | body |
+//! | CSV | columns by name: `t_s,x_m,y_m,yaw_rad` and their kin | as said, else body |
+//!
+//! Pitfall: w is last in TUM and first in EuRoC.
+
+mod carmen;
+mod detect;
+mod frames;
+mod rows;
+mod table;
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::str::FromStr;
+
+use planwalk_types::{Body, Odom, Rigid3, Stamp, Trajectory, TrajectoryError};
+
+use crate::text;
+
+/// A way of writing trajectories.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PosesFormat {
+    /// `t x y z qx qy qz qw`.
+    Tum,
+    /// Twelve numbers a line.
+    Kitti,
+    /// Nanoseconds, position, w-first quaternion, by commas.
+    Euroc,
+    /// A robot's log.
+    Carmen,
+    /// A table with named columns.
+    Csv,
+}
+
+/// What a pose is the pose of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PosesFrame {
+    /// x forward, y left, z up, in a world with z up.
+    Body,
+    /// x right, y down, z forward, in a world whose vertical axis is found from how the camera was held.
+    Camera,
+}
+
+/// A name that is none of those that are known.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("\"{name}\" is not known: say {known}")]
+pub struct UnknownName {
+    /// What was given.
+    pub name: String,
+    /// What can be said.
+    pub known: &'static str,
+}
+
+impl FromStr for PosesFormat {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name.to_ascii_lowercase().as_str() {
+            "tum" => Ok(Self::Tum),
+            "kitti" => Ok(Self::Kitti),
+            "euroc" => Ok(Self::Euroc),
+            "carmen" => Ok(Self::Carmen),
+            "csv" => Ok(Self::Csv),
+            _ => Err(UnknownName { name: name.to_owned(), known: "tum, kitti, euroc, carmen or csv" }),
+        }
+    }
+}
+
+impl FromStr for PosesFrame {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name.to_ascii_lowercase().as_str() {
+            "body" => Ok(Self::Body),
+            "camera" => Ok(Self::Camera),
+            _ => Err(UnknownName { name: name.to_owned(), known: "body or camera" }),
+        }
+    }
+}
+
+/// Options of [`read`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PosesOptions {
+    /// How the file is written; `None` looks at its content.
+    pub format: Option<PosesFormat>,
+    /// What the poses are of; `None` is the format's own: camera for KITTI, else body.
+    pub frame: Option<PosesFrame>,
+}
+
+/// A trajectory, and how it was read.
+#[derive(Debug, Clone)]
+pub struct PosesFile {
+    /// The poses, `odom ← body`, z up.
+    pub trajectory: Trajectory<Body>,
+    /// How the file was written.
+    pub format: PosesFormat,
+    /// What its poses were of.
+    pub frame: PosesFrame,
+    /// What was decided on the way, for people.
+    pub notes: Vec<String>,
+}
+
+/// Why poses cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum PosesError {
+    /// The file system refuses.
+    #[error("the poses cannot be read or written: {0}")]
+    Io(#[from] std::io::Error),
+    /// No data at all.
+    #[error("the file holds no poses: it is empty, or comments only")]
+    Empty,
+    /// Not one of the formats.
+    #[error(
+        "the first data line (line {line}) is none of TUM, KITTI, EuRoC, CARMEN or a CSV with a header \
+         (t_s,x_m,y_m,yaw_rad): {text:?}; if it is one, say which with --poses-format"
+    )]
+    UnknownFormat {
+        /// Line, counted from 1.
+        line: usize,
+        /// How it begins.
+        text: String,
+    },
+    /// A line with too few numbers, or too many.
+    #[error("line {line} has {got} values, but {expected}")]
+    Columns {
+        /// Line, counted from 1.
+        line: usize,
+        /// How many there are.
+        got: usize,
+        /// What there should be.
+        expected: &'static str,
+    },
+    /// No such column in a table's header.
+    #[error("the table has no column for {what}: the header must name {names}")]
+    NoColumn {
+        /// What is missing.
+        what: &'static str,
+        /// Names that are understood.
+        names: &'static str,
+    },
+    /// A value that is no number.
+    #[error("line {line}: {what} is \"{value}\", not a finite number")]
+    NotANumber {
+        /// Line, counted from 1.
+        line: usize,
+        /// What should stand there.
+        what: &'static str,
+        /// What stands there.
+        value: String,
+    },
+    /// A stamp that is no time.
+    #[error("line {line}: \"{value}\" is no time in {unit}")]
+    BadStamp {
+        /// Line, counted from 1.
+        line: usize,
+        /// What stands there.
+        value: String,
+        /// What it should be in.
+        unit: &'static str,
+    },
+    /// A quaternion or matrix that is no rotation.
+    #[error("line {line}: the orientation is no rotation ({reason}); are the columns in the order that this format has?")]
+    NotARotation {
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Time runs backwards, or stands still.
+    #[error("line {line}: stamps go back: {at_s:.6} s comes after {before_s:.6} s; sort the poses by time and drop repeated ones")]
+    StampsGoBack {
+        /// Line, counted from 1.
+        line: usize,
+        /// Its stamp.
+        at_s: f64,
+        /// The stamp before.
+        before_s: f64,
+    },
+    /// A log whose clock does not run.
+    #[error(
+        "{dropped} of {total} lines have stamps that are repeated or go back: this log's clock is of no use; is there another version?"
+    )]
+    BadClock {
+        /// Lines that would have to be dropped.
+        dropped: usize,
+        /// All lines.
+        total: usize,
+    },
+    /// Read, but no trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+}
+
+/// A pose as the file has it: its line, and the frame of the file's own choosing.
+#[derive(Debug, Clone, Copy)]
+struct RawPose {
+    line: usize,
+    stamp: Stamp,
+    world_from_thing: Rigid3<Odom, Body>,
+}
+
+/// Reads a trajectory of any of the formats.
+///
+/// # Errors
+/// [`PosesError`], with the line.
+pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError> {
+    let text = text::read(path)?;
+    let format = match options.format {
+        Some(format) => format,
+        None => detect::format_of(&text)?,
+    };
+    let mut notes = Vec::new();
+    let poses = match format {
+        PosesFormat::Tum => rows::tum(&text, &mut notes)?,
+        PosesFormat::Kitti => rows::kitti(&text, path, &mut notes)?,
+        PosesFormat::Euroc => rows::euroc(&text)?,
+        PosesFormat::Carmen => carmen::read(&text, &mut notes)?,
+        PosesFormat::Csv => table::read(&text, &mut notes)?,
+    };
+    if poses.is_empty() {
+        return Err(PosesError::Empty);
+    }
+    for pair in poses.windows(2) {
+        if pair[1].stamp <= pair[0].stamp {
+            let (at_s, before_s) = (pair[1].stamp.as_secs(), pair[0].stamp.as_secs());
+            return Err(PosesError::StampsGoBack { line: pair[1].line, at_s, before_s });
+        }
+    }
+    let own = if format == PosesFormat::Kitti { PosesFrame::Camera } else { PosesFrame::Body };
+    let frame = options.frame.unwrap_or(own);
+    let poses = match frame {
+        PosesFrame::Camera => frames::body_from_camera(&poses, &mut notes),
+        PosesFrame::Body => {
+            frames::note_if_not_upright(&poses, &mut notes);
+            poses.iter().map(|p| (p.stamp, p.world_from_thing)).collect()
+        }
+    };
+    Ok(PosesFile { trajectory: Trajectory::new(poses)?, format, frame, notes })
+}
+
+/// Writes poses in TUM form: `t x y z qx qy qz qw`, single spaces, nine decimals of time, none at the end of a line.
+///
+/// # Errors
+/// [`PosesError::Io`].
+pub fn write_tum<A, B>(path: &Path, poses: impl IntoIterator<Item = (Stamp, Rigid3<A, B>)>) -> Result<(), PosesError> {
+    let mut file = BufWriter::new(std::fs::File::create(path)?);
+    for (stamp, pose) in poses {
+        let (t, q) = (pose.iso.translation.vector, pose.iso.rotation);
+        let time = text::decimal_seconds(stamp);
+        writeln!(file, "{time} {:.9} {:.9} {:.9} {:.9} {:.9} {:.9} {:.9}", t.x, t.y, t.z, q.i, q.j, q.k, q.w)?;
+    }
+    Ok(file.flush()?)
+}

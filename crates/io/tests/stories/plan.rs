@@ -1,0 +1,149 @@
+//! Pictures and robots' maps become plans in metres.
+
+use std::path::Path;
+
+use image::{GrayImage, Luma};
+use planwalk_io::plan::{self, PlanFileError, PlanOptions};
+use planwalk_types::{Cell, PlanError, Pt2};
+
+use super::folder;
+use crate::support::data;
+
+/// A room of 4 m × 3 m drawn at 5 cm, 100 × 80 px, with its bottom-left corner at (10, 5) px from the bottom left.
+fn room() -> GrayImage {
+    let on = |a: u32, b: u32, k: u32| k == a || k == b;
+    let line = |u: u32, y: u32| (on(10, 90, u) && (5..=65).contains(&y)) || (on(5, 65, y) && (10..=90).contains(&u));
+    GrayImage::from_fn(100, 80, |u, v| Luma([if line(u, 79 - v) { 0 } else { 254 }]))
+}
+
+fn read_plan(path: &Path, metres_per_pixel: Option<f64>) -> Result<plan::PlanFile, PlanFileError> {
+    plan::read(path, &PlanOptions { metres_per_pixel, measure: None })
+}
+
+#[test]
+fn a_drawing_is_a_plan_with_its_origin_at_the_bottom_left() {
+    let dir = folder();
+    let path = dir.path().join("room.png");
+    room().save(&path).unwrap();
+    let plan = read_plan(&path, Some(0.05)).unwrap().plan;
+    assert_eq!((plan.width(), plan.height(), plan.cell_m()), (100, 80, 0.05));
+    assert_eq!(plan.at(Pt2::new(0.525, 1.0)), Cell::Wall);
+    assert_eq!(plan.at(Pt2::new(2.0, 0.275)), Cell::Wall);
+    assert_eq!(plan.at(Pt2::new(2.0, 2.0)), Cell::Free);
+    // The same by a measure: 80 px are 4 m.
+    let measure = Some("10,14,90,14=4m".parse().unwrap());
+    assert_eq!(plan::read(&path, &PlanOptions { metres_per_pixel: None, measure }).unwrap().plan, plan);
+}
+
+#[test]
+fn a_fine_drawing_becomes_cells_of_five_centimetres_and_keeps_its_walls() {
+    let dir = folder();
+    let path = dir.path().join("room.png");
+    room().save(&path).unwrap();
+    let file = read_plan(&path, Some(0.01)).unwrap();
+    assert_eq!((file.plan.width(), file.plan.height()), (20, 16));
+    assert!((file.plan.cell_m() - 0.05).abs() < 1e-15);
+    assert!(file.notes.iter().any(|n| n.contains("5×5 pixels")), "{:?}", file.notes);
+    assert_eq!(file.plan.at(Pt2::new(0.105, 0.3)), Cell::Wall);
+}
+
+#[test]
+fn a_picture_without_a_scale_names_both_ways_out() {
+    let dir = folder();
+    let path = dir.path().join("room.png");
+    room().save(&path).unwrap();
+    let message = read_plan(&path, None).unwrap_err().to_string();
+    assert!(message.contains("--metres-per-pixel") && message.contains("--measure"), "{message}");
+    for scale in [0.0, -1.0, f64::NAN, 1e9] {
+        assert!(matches!(read_plan(&path, Some(scale)), Err(PlanFileError::BadScale { .. })), "{scale}");
+    }
+    let measure = Some("0,0,1,0=1m".parse().unwrap());
+    assert!(matches!(plan::read(&path, &PlanOptions { metres_per_pixel: Some(1.0), measure }), Err(PlanFileError::TwoScales)));
+}
+
+#[test]
+fn plans_without_walls_or_without_floor_are_refused() {
+    let dir = folder();
+    let path = dir.path().join("plan.png");
+    GrayImage::from_pixel(50, 50, Luma([255])).save(&path).unwrap();
+    assert!(matches!(read_plan(&path, Some(0.05)), Err(PlanFileError::Plan(PlanError::NoWalls))));
+    GrayImage::from_pixel(50, 50, Luma([0])).save(&path).unwrap();
+    assert!(matches!(read_plan(&path, Some(0.05)), Err(PlanFileError::Plan(PlanError::NoFreeSpace))));
+    std::fs::write(&path, "no picture").unwrap();
+    assert!(matches!(read_plan(&path, Some(0.05)), Err(PlanFileError::Raster(_))));
+    assert!(matches!(read_plan(Path::new("no such plan.png"), Some(0.05)), Err(PlanFileError::Io(_))));
+}
+
+fn ros_map(dir: &Path, more: &str) -> Result<plan::PlanFile, PlanFileError> {
+    room().save(dir.join("room.pgm")).unwrap();
+    std::fs::write(dir.join("map.yaml"), format!("image: room.pgm\nresolution: 0.05\noccupied_thresh: 0.65\n{more}")).unwrap();
+    read_plan(&dir.join("map.yaml"), None)
+}
+
+#[test]
+fn a_ros_map_lies_where_its_origin_says() {
+    let dir = folder();
+    let plan = ros_map(dir.path(), "free_thresh: 0.196\nnegate: 0\norigin: [-1.0, -2.0, 0.0]\n").unwrap().plan;
+    assert_eq!(plan.at(Pt2::new(-1.0 + 0.525, -2.0 + 1.0)), Cell::Wall);
+    assert_eq!(plan.at(Pt2::new(1.0, 0.0)), Cell::Free);
+    // Turned by 30° about its lower-left corner: the same walls, seen from the turned axes.
+    let turned = ros_map(dir.path(), "free_thresh: 0.196\nnegate: false\norigin: [-1.0, -2.0, 0.5235987755982988]\n").unwrap();
+    let (s, c) = (0.5, 0.75f64.sqrt());
+    for (x, y, cell) in [(0.525, 1.0, Cell::Wall), (2.0, 0.275, Cell::Wall), (2.0, 2.0, Cell::Free)] {
+        assert_eq!(turned.plan.at(Pt2::new(-1.0 + c * x - s * y, -2.0 + s * x + c * y)), cell, "at {x}, {y} before the turn");
+    }
+    assert!(turned.notes.iter().any(|n| n.contains("30.00°")), "{:?}", turned.notes);
+}
+
+#[test]
+fn unknown_that_is_read_as_free_is_told() {
+    let dir = folder();
+    let path = dir.path().join("map.yaml");
+    let mut grey = room();
+    grey.put_pixel(50, 40, Luma([205]));
+    let read = |free_thresh: &str| {
+        ros_map(dir.path(), &format!("free_thresh: {free_thresh}\norigin: [0, 0, 0]\n")).unwrap();
+        grey.save(dir.path().join("room.pgm")).unwrap();
+        read_plan(&path, None).unwrap()
+    };
+    let at = Pt2::new(50.5 * 0.05, 39.5 * 0.05);
+    let told = |file: &plan::PlanFile| file.notes.iter().any(|n| n.contains("205"));
+    let (lax, strict) = (read("0.25"), read("0.196"));
+    assert_eq!((lax.plan.at(at), told(&lax)), (Cell::Free, true));
+    assert_eq!((strict.plan.at(at), told(&strict)), (Cell::Unknown, false));
+}
+
+#[test]
+fn broken_map_files_are_named_by_their_key() {
+    let dir = folder();
+    let message = |more: &str| ros_map(dir.path(), more).unwrap_err().to_string();
+    assert!(message("free_thresh: 0.2\n").contains("\"origin\""));
+    assert!(message("free_thresh: 0.2\norigin: [0, .nan, 0]\n").contains("\"origin\""));
+    assert!(message("origin: [0, 0, 0]\n").contains("\"free_thresh\""));
+    assert!(message("free_thresh: 0.2\norigin: [0, 0, 0]\nmode: odd\n").contains("\"mode\""));
+    std::fs::write(
+        dir.path().join("map.yaml"),
+        "image: gone.pgm\nresolution: 0.05\norigin: [0,0,0]\nfree_thresh: 0.2\noccupied_thresh: 0.6\n",
+    )
+    .unwrap();
+    let error = read_plan(&dir.path().join("map.yaml"), None).unwrap_err();
+    assert!(matches!(&error, PlanFileError::MapImage { name, .. } if name == "gone.pgm"), "{error}");
+}
+
+#[test]
+fn real_plans_are_read() {
+    for (name, scale, size_m) in [
+        ("hilti_trimble_2026/floorplans/masks_with_windows/floor_2.png", Some(0.01), (73.5, 42.1)),
+        ("piethein_walks_gt_on_plan/binnenkaart_copy.png", Some(1.0 / 90.0), (25.0, 36.0)),
+        ("icsl_square3_corridor_walk/derived/map_walls.yaml", None, (13.1, 14.0)),
+        ("robots_radish_carmen/derived_maps/intel.yaml", None, (0.0, 0.0)),
+    ] {
+        let Some(path) = data(name) else { return };
+        let plan = read_plan(&path, scale).unwrap().plan;
+        let (width, height) = plan.size_m();
+        let expected = size_m.0 == 0.0 || (width - size_m.0).abs() < 1.0 && (height - size_m.1).abs() < 1.0;
+        assert!(expected, "{name}: {width} m × {height} m");
+        let walls = plan.cells().iter().filter(|c| **c == Cell::Wall).count() as f64 / plan.cells().len() as f64;
+        assert!(walls > 0.005 && walls < 0.3, "{name}: {:.1} % wall", 100.0 * walls);
+    }
+}

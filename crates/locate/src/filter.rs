@@ -1,0 +1,447 @@
+//! Where on the floor plan is the walker? A particle filter over plan poses and scale, one step at a time.
+//!
+//! Step + sightings ──gather until the body has moved──▶ predict ──▶ weigh by walls and sightings ──▶ modes, verdict ──▶ resample
+//!
+//! Frames: poses are `Plan ← Body`. Source: Thrun, Burgard & Fox 2005, ch. 8; scale as a state with a log-normal prior.
+//! Pitfall: scale must not collapse. Small walks cross no walls; so scale has an anchor (its prior, to which resampling
+//! draws it back) and a score (sightings are densities in the odometry's own unit, see [`crate::likelihood`]).
+
+use nalgebra::{Matrix3, Vector3};
+use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, Seed, Sighting, Stamp, Status, Step};
+use rayon::prelude::*;
+
+use crate::LocateError;
+use crate::history::{History, NO_PARENT};
+use crate::likelihood::{Pending, Scorer, SightingModel, View};
+use crate::modes::{Bins, Modes};
+use crate::motion::{Motion, MoveSampler, NoiseFloor};
+use crate::particles::{CHUNK, Particles, Roughening, wrapped};
+use crate::prior::{self, LocalPose, ScalePrior, StartPrior};
+use crate::survival::Survival;
+use crate::verdict::{Evidence, VerdictOptions, verdict};
+use crate::walls::{GroundCosts, Walls};
+
+/// A cloud above this size waits twice as long between updates.
+const LARGE: usize = 200_000;
+
+/// Options of [`Localizer`] and [`crate::localize`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocateOptions {
+    /// Where chance comes from.
+    pub seed: Seed,
+    /// Where the walk begins, if somebody knows.
+    pub start: Option<StartPrior>,
+    /// Metres in a unit of odometry.
+    pub scale: ScalePrior,
+    /// Noise that every odometry is taken to have at least.
+    pub noise_floor: NoiseFloor,
+    /// How much the scale of odometry drifts: standard deviation of its logarithm per √m walked. It is drawn back to
+    /// [`LocateOptions::scale`], so that drift and pull balance at the prior's own spread.
+    pub scale_drift_per_sqrt_m: f64,
+    /// How sightings score.
+    pub sightings: SightingModel,
+    /// What ground costs that is no floor.
+    pub ground: GroundCosts,
+    /// Probability that a walk goes through what the plan calls a wall: planned and not built, or a door drawn shut.
+    pub leak: f64,
+    /// Particles for each square metre of floor at an unknown start: all headings and scales share them.
+    pub particles_per_m2: f64,
+    /// Fewest particles, once the place is clear.
+    pub particles_min: usize,
+    /// Most particles.
+    pub particles_max: usize,
+    /// Particles for each filled bin (0.5 m, 0.5 m, 15°) that resampling keeps: the number falls as the cloud gathers.
+    pub particles_per_bin: f64,
+    /// The filter updates when the body has moved so far, in metres at the prior's scale …
+    pub update_distance_m: f64,
+    /// … or has turned by so much, radians.
+    pub update_turn_rad: f64,
+    /// Resample when the effective share of particles falls below this.
+    pub resample_below: f64,
+    /// When a place is believed.
+    pub verdict: VerdictOptions,
+    /// Spread new particles over the plan when lost (sensor resetting; Thrun, Burgard & Fox 2005, §8.3.5).
+    pub relocalise: bool,
+}
+
+impl LocateOptions {
+    /// The defaults for this seed and scale, start unknown.
+    pub fn new(seed: Seed, scale: ScalePrior) -> Self {
+        Self {
+            seed,
+            start: None,
+            scale,
+            noise_floor: NoiseFloor::default(),
+            scale_drift_per_sqrt_m: 0.01,
+            sightings: SightingModel::default(),
+            ground: GroundCosts::default(),
+            leak: 0.025,
+            particles_per_m2: 600.0,
+            particles_min: 8_000,
+            particles_max: 1_000_000,
+            particles_per_bin: 20.0,
+            update_distance_m: 0.25,
+            update_turn_rad: 10f64.to_radians(),
+            resample_below: 0.5,
+            verdict: VerdictOptions::default(),
+            relocalise: true,
+        }
+    }
+
+    fn check(&self, plan: &FloorPlan) -> Result<(), LocateError> {
+        let scale = self.scale;
+        if !(scale.metres_per_unit > 0.0 && scale.metres_per_unit.is_finite() && (0.0..=3.0).contains(&scale.relative_sigma)) {
+            let (metres_per_unit, relative_sigma) = (scale.metres_per_unit, scale.relative_sigma);
+            return Err(LocateError::BadScalePrior { metres_per_unit, relative_sigma });
+        }
+        let Some(start) = &self.start else { return Ok(()) };
+        let finite = [start.x, start.y, start.heading_rad.unwrap_or(0.0)].iter().all(|v| v.is_finite());
+        if !(finite && start.sigma_m >= 0.0 && start.sigma_m.is_finite() && start.sigma_rad >= 0.0 && start.sigma_rad.is_finite()) {
+            return Err(LocateError::BadStart { x: start.x, y: start.y, sigma_m: start.sigma_m, sigma_rad: start.sigma_rad });
+        }
+        let (low, (width, height)) = (plan.origin(), plan.size_m());
+        let (high_x, high_y) = (low.x + width, low.y + height);
+        let off_m = (low.x - start.x).max(start.x - high_x).max(low.y - start.y).max(start.y - high_y);
+        if off_m > self.ground.margin_m + 3.0 * start.sigma_m {
+            let span = [low.x, high_x, low.y, high_y];
+            return Err(LocateError::StartOffPlan { x: start.x, y: start.y, off_m, span });
+        }
+        Ok(())
+    }
+}
+
+/// Where a moment of the path lies between updates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moment {
+    pub stamp: Stamp,
+    /// The last update before it.
+    pub generation: usize,
+    /// Motion since.
+    pub since: Motion,
+}
+
+/// The cloud as observers see it: one slice an attribute.
+#[derive(Debug, Clone, Copy)]
+pub struct FilterView<'a> {
+    /// When.
+    pub stamp: Stamp,
+    /// Plan coordinates of local (0, 0).
+    pub origin: Pt2<planwalk_types::Plan>,
+    /// Metres right of the origin.
+    pub x: &'a [f32],
+    /// Metres above the origin.
+    pub y: &'a [f32],
+    /// Radians, anticlockwise.
+    pub heading_rad: &'a [f32],
+    /// Natural logarithm of metres per unit of odometry.
+    pub log_scale: &'a [f32],
+    /// Weights; they sum to one.
+    pub weight: &'a [f32],
+}
+
+/// The filter, fed step by step. It knows nothing of the future.
+#[derive(Debug)]
+pub struct Localizer<'a> {
+    pub(crate) plan: &'a FloorPlan,
+    pub(crate) options: LocateOptions,
+    pub(crate) walls: Walls,
+    pub(crate) scorer: Scorer,
+    pub(crate) bins: Bins,
+    pub(crate) cloud: Particles,
+    /// For each particle its index in the newest generation.
+    parents: Vec<u32>,
+    roughened: Option<Roughening>,
+    window: Motion,
+    pending: Pending,
+    pub(crate) modes: Modes,
+    pub(crate) status: Status,
+    pub(crate) evidence: Evidence,
+    /// Random poses against which the best mode must hold its own.
+    control: Vec<LocalPose>,
+    pub(crate) history: History,
+    pub(crate) moments: Vec<Moment>,
+    pub(crate) estimates: Vec<Estimate>,
+    updates: u64,
+    pub(crate) particles_most: usize,
+    /// Metres walked since the last resampling, over which scale drifted.
+    since_resampling_m: f64,
+    /// Metres walked since the plan was last covered anew.
+    since_reset_m: f64,
+}
+
+impl<'a> Localizer<'a> {
+    /// The filter before the first step.
+    ///
+    /// # Errors
+    /// [`LocateError`] when the start or the scale make no sense on this plan.
+    pub fn new(plan: &'a FloorPlan, options: &LocateOptions) -> Result<Self, LocateError> {
+        options.check(plan)?;
+        let options = options.clone();
+        let walls = Walls::new(plan, options.ground);
+        let scorer = Scorer::new(&options.sightings, &walls);
+        let bins = Bins::new(plan.size_m());
+        let (least, most) = (options.particles_min.max(1), options.particles_max.max(options.particles_min).max(1));
+        let by_area = |area_m2: f64| ((area_m2 * options.particles_per_m2) as usize).clamp(least, most);
+        let poses = match &options.start {
+            Some(start) => {
+                // Three sigmas of ground; every heading is looked at only where it is unknown.
+                let ground_m2 = 9.0 * std::f64::consts::PI * start.sigma_m * start.sigma_m;
+                let headings = if start.heading_rad.is_some() { start.sigma_rad.min(1.0) } else { 1.0 };
+                prior::around(start, plan, &walls, by_area(4.0 * ground_m2 * headings).max(2 * least).min(most), options.seed)
+            }
+            None => prior::cover(plan, by_area(prior::weighted_area_m2(plan)).max(most.min(50_000)), options.seed),
+        };
+        let cloud = prior::particles(&poses, &options.scale, options.seed);
+        let mut history = History::default();
+        history.push(&cloud, vec![NO_PARENT; cloud.len()], Motion::none(), None, Vec::new());
+        let start_known = options.start.is_some();
+        let modes = bins.modes(&cloud);
+        let status = verdict(&modes, &Evidence::default(), start_known, &options.verdict);
+        Ok(Self {
+            parents: (0..cloud.len() as u32).collect(),
+            control: prior::cover(plan, 256, options.seed.child("control", 0)),
+            particles_most: cloud.len(),
+            plan,
+            options,
+            walls,
+            scorer,
+            bins,
+            cloud,
+            roughened: None,
+            window: Motion::none(),
+            pending: Pending::default(),
+            modes,
+            status,
+            evidence: Evidence::default(),
+            history,
+            moments: Vec::new(),
+            estimates: Vec::new(),
+            updates: 0,
+            since_resampling_m: 0.0,
+            since_reset_m: 0.0,
+        })
+    }
+
+    /// Takes one step and what was seen during it (the first step's sightings include those of its start).
+    ///
+    /// A step that is not finite is taken as standing still.
+    pub fn push(&mut self, step: &Step, sightings: &[Sighting]) -> Estimate {
+        if self.moments.is_empty() {
+            self.moments.push(Moment { stamp: step.from, generation: 0, since: Motion::none() });
+            let first = self.estimate(step.from);
+            self.estimates.push(first);
+        }
+        let finite = [step.forward, step.left, step.turn_rad].iter().all(|v| v.is_finite());
+        let step = if finite { *step } else { Step { forward: 0.0, left: 0.0, turn_rad: 0.0, ..*step } };
+        for sighting in sightings {
+            self.pending.add(sighting, &self.window, &step);
+        }
+        self.window = self.window.then(&step, 1.0);
+        // A cloud that covers a floor is too coarse to feel a quarter of a metre.
+        let patience = if self.cloud.len() > LARGE { 2.0 } else { 1.0 };
+        let far = self.window.length * self.options.scale.metres_per_unit >= patience * self.options.update_distance_m;
+        if far || self.window.turned_rad >= patience * self.options.update_turn_rad {
+            self.update();
+        }
+        self.moments.push(Moment { stamp: step.to, generation: self.history.generations.len() - 1, since: self.window });
+        let estimate = self.estimate(step.to);
+        self.estimates.push(estimate.clone());
+        estimate
+    }
+
+    /// How often the cloud was updated so far.
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// The cloud as it is now, for drawing.
+    pub fn view(&self) -> FilterView<'_> {
+        FilterView {
+            stamp: self.moments.last().map_or(Stamp(0), |m| m.stamp),
+            origin: self.plan.origin(),
+            x: &self.cloud.x,
+            y: &self.cloud.y,
+            heading_rad: &self.cloud.heading,
+            log_scale: &self.cloud.log_scale,
+            weight: &self.cloud.weight,
+        }
+    }
+
+    /// Takes in what is left since the last update; the last moment's estimate then knows it too.
+    pub(crate) fn flush(&mut self) {
+        if self.window == Motion::none() && self.pending.is_empty() {
+            return;
+        }
+        self.update();
+        let generation = self.history.generations.len() - 1;
+        let Some(moment) = self.moments.last_mut() else { return };
+        *moment = Moment { stamp: moment.stamp, generation, since: Motion::none() };
+        let stamp = moment.stamp;
+        let estimate = self.estimate(stamp);
+        if let Some(last) = self.estimates.last_mut() {
+            *last = estimate;
+        }
+    }
+
+    /// One update: predict, weigh by walls and sightings, judge, and resample when few particles carry the weight.
+    fn update(&mut self) {
+        let motion = std::mem::replace(&mut self.window, Motion::none());
+        let rays = self.pending.take(self.rays_affordable(), &motion);
+        let seed = self.options.seed.child("update", self.updates);
+        let moved_m = motion.length * libm::exp(self.modes.modes.first().map_or(self.options.scale.log_mean(), |m| m.log_scale));
+        {
+            let view = self.scorer.on(&self.walls, &rays);
+            let survival = predict_and_weigh(&mut self.cloud, &motion, &self.walls, &view, &self.options, seed);
+            survival.make_fair(&mut self.cloud, self.modes.filled_bins);
+        }
+        self.cloud.normalize();
+        self.modes = self.bins.modes(&self.cloud);
+        let view = self.scorer.on(&self.walls, &rays);
+        if !view.is_empty() {
+            let gain_nats = self.gain(&view);
+            self.evidence.add(gain_nats, moved_m, &self.options.verdict);
+        }
+        self.status = verdict(&self.modes, &self.evidence, self.options.start.is_some(), &self.options.verdict);
+        let parents = std::mem::take(&mut self.parents);
+        self.history.push(&self.cloud, parents, motion, self.roughened.take(), rays);
+        self.parents = (0..self.cloud.len() as u32).collect();
+        self.since_resampling_m += moved_m;
+        self.since_reset_m += moved_m;
+        self.resample_or_reset(seed);
+        self.updates += 1;
+    }
+
+    fn resample_or_reset(&mut self, seed: Seed) {
+        let lost = self.status == Status::Lost && self.options.relocalise;
+        if lost && self.since_reset_m > 2.0 * self.options.verdict.memory_m {
+            self.resample(seed);
+            self.cover_anew(seed);
+        } else if self.cloud.effective_share() < self.options.resample_below {
+            self.resample(seed);
+        }
+    }
+
+    /// A million particles look at fewer things than a thousand: the work of an update stays bounded.
+    fn rays_affordable(&self) -> usize {
+        let most = self.options.sightings.rays;
+        (6_000_000 / self.cloud.len().max(1)).clamp(most.min(8), most)
+    }
+
+    /// Nats a sighting by which the best mode beats random poses of the same scale.
+    fn gain(&self, view: &View<'_>) -> f64 {
+        let Some(best) = self.modes.modes.first() else { return 0.0 };
+        let stride = (self.cloud.len() / 2048).max(1);
+        let (mut nats, mut weight) = (0.0, 0.0);
+        for i in (0..self.cloud.len()).step_by(stride) {
+            let (x, y, heading) = (self.cloud.x[i], self.cloud.y[i], self.cloud.heading[i]);
+            if self.modes.of(&self.bins, x, y, heading) == Some(0) {
+                let w = f64::from(self.cloud.weight[i]);
+                nats += w * view.explain(x, y, heading, self.cloud.log_scale[i]).nats_per_ray;
+                weight += w;
+            }
+        }
+        let random = self.control.iter().map(|p| view.explain(p.x, p.y, p.heading, best.log_scale as f32).nats_per_ray);
+        let random = random.sum::<f64>() / self.control.len().max(1) as f64;
+        if weight > 0.0 { nats / weight - random } else { 0.0 }
+    }
+
+    fn resample(&mut self, seed: Seed) {
+        let wanted = (self.options.particles_per_bin * self.modes.filled_bins) as usize;
+        let least = self.options.particles_min.max(1);
+        let count = wanted.clamp(least, self.cloud.len().max(least));
+        self.parents = self.cloud.resample_systematic(count, seed);
+        let mut by = roughening(count, self.modes.filled_bins);
+        let drift = self.options.scale_drift_per_sqrt_m.max(0.0) * self.since_resampling_m.max(0.0).sqrt();
+        by.log_scale = f64::from(by.log_scale).hypot(drift) as f32;
+        self.since_resampling_m = 0.0;
+        self.cloud.roughen(&by, &self.options.scale, seed);
+        self.roughened = Some(by);
+    }
+
+    /// Half of the mass goes to new particles all over the plan; should one of them explain what is seen, it wins.
+    fn cover_anew(&mut self, seed: Seed) {
+        let area = prior::weighted_area_m2(self.plan);
+        let count = ((0.5 * area * self.options.particles_per_m2) as usize).clamp(1, self.options.particles_max);
+        let fresh = prior::particles(&prior::cover(self.plan, count, seed), &self.options.scale, seed);
+        self.cloud.join(&fresh, 0.5);
+        self.parents.resize(self.cloud.len(), NO_PARENT);
+        self.particles_most = self.particles_most.max(self.cloud.len());
+        self.since_reset_m = 0.0;
+        self.evidence = Evidence::default();
+    }
+
+    /// What is known now.
+    fn estimate(&self, stamp: Stamp) -> Estimate {
+        let nowhere = || (Vector3::zeros(), Matrix3::identity() * 1e6, 1e3, 0.0, self.options.scale.log_mean());
+        let (mean, covariance, radius95_m, probability, log_scale) =
+            self.modes.modes.first().map_or_else(nowhere, |m| (m.mean, m.covariance, m.radius95_m, m.mass, m.log_scale));
+        let scale = libm::exp(log_scale);
+        let pose = self.window.applied_to(mean, scale);
+        let carried = carry(&covariance, &self.window, mean.z, scale);
+        let probability = probability.clamp(0.0, 1.0);
+        Estimate { stamp, pose: self.to_plan(&pose), covariance: carried, radius95_m, probability, status: self.status }
+    }
+
+    pub(crate) fn to_plan(&self, pose: &Vector3<f64>) -> PlanPose {
+        PlanPose::new(pose.x + self.plan.origin().x, pose.y + self.plan.origin().y, pose.z)
+    }
+}
+
+/// The covariance of a pose after a motion, to first order.
+pub(crate) fn carry(covariance: &Matrix3<f64>, motion: &Motion, heading_rad: f64, scale: f64) -> Matrix3<f64> {
+    let (s, c) = libm::sincos(heading_rad);
+    let (dx, dy) = (scale * (c * motion.forward - s * motion.left), scale * (s * motion.forward + c * motion.left));
+    let by_pose = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
+    let by_motion = Matrix3::new(scale * c, -scale * s, 0.0, scale * s, scale * c, 0.0, 0.0, 0.0, 1.0);
+    by_pose * covariance * by_pose.transpose() + by_motion * motion.covariance * by_motion.transpose()
+}
+
+/// How far copies are moved apart: a third of the distance between neighbours in a filled bin, in the four dimensions of
+/// the state (a bin is 0.5 m, 0.5 m, 15° and about 10 % of scale).
+fn roughening(count: usize, filled_bins: f64) -> Roughening {
+    let per_bin = (count as f64 / filled_bins.max(1.0)).max(1.0);
+    let apart = 0.3 * libm::pow(per_bin, -0.25);
+    Roughening { metres: (0.5 * apart) as f32, heading_rad: (15f64.to_radians() * apart) as f32, log_scale: (0.1 * apart) as f32 }
+}
+
+/// The inner loop: each particle draws its motion, and pays for walls, ground and what it does not explain.
+fn predict_and_weigh(
+    cloud: &mut Particles,
+    motion: &Motion,
+    walls: &Walls,
+    view: &View<'_>,
+    options: &LocateOptions,
+    seed: Seed,
+) -> Survival {
+    let sampler = MoveSampler::new(motion, &options.noise_floor, options.scale.metres_per_unit);
+    let leak_nats = libm::log(options.leak.clamp(1e-9, 1.0)) as f32;
+    let temper = options.sightings.temper as f32;
+    let poses = (cloud.x.par_chunks_mut(CHUNK), cloud.y.par_chunks_mut(CHUNK), cloud.heading.par_chunks_mut(CHUNK));
+    let (log_scales, weights) = (cloud.log_scale.par_chunks(CHUNK), cloud.weight.par_chunks(CHUNK));
+    let empty = Survival::new(&options.scale);
+    let chunks: Vec<Survival> = (poses.0, poses.1, poses.2, log_scales, weights, cloud.log_weight.par_chunks_mut(CHUNK))
+        .into_par_iter()
+        .enumerate()
+        .map(|(chunk, (xs, ys, headings, log_scales, weights, log_weights))| {
+            let mut rng = seed.derive("move", chunk as u64);
+            let mut survival = empty.clone();
+            for i in 0..xs.len() {
+                let [forward, left, turn] = sampler.draw(&mut rng);
+                let scale = libm::expf(log_scales[i]);
+                let (s, c) = libm::sincosf(headings[i]);
+                let (dx, dy) = (scale * (c * forward - s * left), scale * (s * forward + c * left));
+                let (x, y) = (xs[i] + dx, ys[i] + dy);
+                let mut nats = walls.crossings(xs[i], ys[i], x, y) as f32 * leak_nats;
+                nats -= walls.ground_cost(x, y, (dx * dx + dy * dy).sqrt());
+                (xs[i], ys[i], headings[i]) = (x, y, wrapped(headings[i] + turn));
+                survival.add(log_scales[i], weights[i], nats);
+                if !view.is_empty() {
+                    nats += temper * view.nats(x, y, headings[i], log_scales[i]);
+                }
+                log_weights[i] += nats;
+            }
+            survival
+        })
+        .collect();
+    chunks.iter().fold(empty.clone(), |sum, chunk| sum.with(chunk))
+}

@@ -1,0 +1,242 @@
+//! What is a cloud of guesses, and how does it forget the bad ones?
+//!
+//! log weights ──normalize──▶ weights ──resample_systematic──▶ equal weights, good guesses repeated ──roughen──▶ told apart again
+//!
+//! Structure of arrays in f32, sums in f64. Work is cut into chunks of fixed size with a stream of chance each, and sums
+//! run over chunks in order: the same bytes on any number of threads.
+
+use planwalk_types::{Seed, wrap_angle};
+use rayon::prelude::*;
+
+use crate::motion::{normal, uniform};
+use crate::prior::ScalePrior;
+
+/// Particles a chunk: some 100 kB, enough to be worth a thread's while.
+pub(crate) const CHUNK: usize = 4096;
+
+/// Poses in metres from the grid's bottom-left corner and radians, log metres per unit of odometry, weights.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Particles {
+    pub x: Vec<f32>,
+    pub y: Vec<f32>,
+    pub heading: Vec<f32>,
+    pub log_scale: Vec<f32>,
+    /// Up to a common constant.
+    pub log_weight: Vec<f32>,
+    /// Sums to one after [`Particles::normalize`].
+    pub weight: Vec<f32>,
+}
+
+/// Standard deviations of the noise that tells copies of a particle apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Roughening {
+    pub metres: f32,
+    pub heading_rad: f32,
+    pub log_scale: f32,
+}
+
+impl Particles {
+    pub(crate) fn with_capacity(count: usize) -> Self {
+        let new = || Vec::with_capacity(count);
+        Self { x: new(), y: new(), heading: new(), log_scale: new(), log_weight: new(), weight: new() }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    pub(crate) fn push(&mut self, x: f32, y: f32, heading: f32, log_scale: f32) {
+        self.x.push(x);
+        self.y.push(y);
+        self.heading.push(heading);
+        self.log_scale.push(log_scale);
+        self.log_weight.push(0.0);
+        self.weight.push(0.0);
+    }
+
+    pub(crate) fn set_equal_weights(&mut self) {
+        let share = 1.0 / self.len().max(1) as f32;
+        self.log_weight.fill(0.0);
+        self.weight.fill(share);
+    }
+
+    /// Weights from log weights.
+    pub(crate) fn normalize(&mut self) {
+        let maxima: Vec<f32> = self.log_weight.par_chunks(CHUNK).map(|c| c.iter().copied().fold(f32::NEG_INFINITY, f32::max)).collect();
+        let max = maxima.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        if !max.is_finite() {
+            // Every guess is impossible to f32: no guess is better than another.
+            self.set_equal_weights();
+            return;
+        }
+        let chunks = self.log_weight.par_chunks_mut(CHUNK).zip(self.weight.par_chunks_mut(CHUNK));
+        let sums: Vec<f64> = chunks
+            .map(|(logs, weights)| {
+                let mut sum = 0.0;
+                for (log, weight) in logs.iter_mut().zip(weights) {
+                    *log -= max;
+                    *weight = libm::expf(*log);
+                    sum += f64::from(*weight);
+                }
+                sum
+            })
+            .collect();
+        let scale = (1.0 / sums.into_iter().sum::<f64>()) as f32;
+        self.weight.par_chunks_mut(CHUNK).for_each(|weights| weights.iter_mut().for_each(|w| *w *= scale));
+    }
+
+    /// Effective number of particles as a share of all (Kong, Liu & Wong 1994): 1 when all weigh the same.
+    pub(crate) fn effective_share(&self) -> f64 {
+        let squares: Vec<f64> = self.weight.par_chunks(CHUNK).map(|c| c.iter().map(|w| f64::from(*w) * f64::from(*w)).sum()).collect();
+        1.0 / (squares.into_iter().sum::<f64>() * self.len().max(1) as f64)
+    }
+
+    /// Replaces the cloud by `count` copies in proportion to weight (systematic resampling, Kitagawa 1996) and says which
+    /// particle each is a copy of.
+    pub(crate) fn resample_systematic(&mut self, count: usize, seed: Seed) -> Vec<u32> {
+        let count = count.max(1);
+        let total: f64 = self.weight.iter().map(|w| f64::from(*w)).sum();
+        let apart = total / count as f64;
+        let mut next = apart * uniform(&mut seed.derive("resample", 0));
+        let mut ancestors = Vec::with_capacity(count);
+        let mut swept = 0.0;
+        for (index, weight) in self.weight.iter().enumerate() {
+            swept += f64::from(*weight);
+            while swept > next && ancestors.len() < count {
+                ancestors.push(index as u32);
+                next += apart;
+            }
+        }
+        // Round-off may leave the last comb tooth beyond the sum.
+        let last = ancestors.last().copied().unwrap_or(0);
+        ancestors.resize(count, last);
+        let gather = |values: &[f32]| -> Vec<f32> { ancestors.par_iter().map(|i| values[*i as usize]).collect() };
+        self.x = gather(&self.x);
+        self.y = gather(&self.y);
+        self.heading = gather(&self.heading);
+        self.log_scale = gather(&self.log_scale);
+        self.log_weight = vec![0.0; count];
+        self.weight = vec![0.0; count];
+        self.set_equal_weights();
+        ancestors
+    }
+
+    /// Adds noise that tells copies apart (roughening, Gordon, Salmond & Smith 1993), so that odometry without noise does
+    /// not starve the filter.
+    ///
+    /// Scale is drawn back to its prior so that noise and pull balance at the prior's own spread (an Ornstein–Uhlenbeck
+    /// step): scale diffuses enough to follow drift, and cannot wander off where nothing scores it.
+    pub(crate) fn roughen(&mut self, by: &Roughening, prior: &ScalePrior, seed: Seed) {
+        let mean = prior.log_mean() as f32;
+        let spread = (prior.relative_sigma as f32).max(1e-6);
+        let jitter = by.log_scale.min(spread);
+        let keep = (1.0 - (jitter / spread).powi(2)).max(0.0).sqrt();
+        let poses = (self.x.par_chunks_mut(CHUNK), self.y.par_chunks_mut(CHUNK));
+        (poses.0, poses.1, self.heading.par_chunks_mut(CHUNK), self.log_scale.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
+            |(chunk, (xs, ys, headings, log_scales))| {
+                let mut rng = seed.derive("roughen", chunk as u64);
+                for (((x, y), heading), log_scale) in xs.iter_mut().zip(ys).zip(headings).zip(log_scales) {
+                    *x += by.metres * normal(&mut rng);
+                    *y += by.metres * normal(&mut rng);
+                    *heading += by.heading_rad * normal(&mut rng);
+                    *log_scale = mean + keep * (*log_scale - mean) + jitter * normal(&mut rng);
+                }
+            },
+        );
+    }
+
+    /// Adds other particles; `share` is what they weigh together.
+    pub(crate) fn join(&mut self, others: &Particles, share: f64) {
+        let (here, there) = (self.len(), others.len());
+        if there == 0 {
+            return;
+        }
+        self.weight.iter_mut().for_each(|w| *w *= (1.0 - share) as f32);
+        self.x.extend_from_slice(&others.x);
+        self.y.extend_from_slice(&others.y);
+        self.heading.extend_from_slice(&others.heading);
+        self.log_scale.extend_from_slice(&others.log_scale);
+        self.weight.resize(here + there, (share / there as f64) as f32);
+        self.log_weight = self.weight.iter().map(|w| libm::logf(w.max(f32::MIN_POSITIVE))).collect();
+    }
+
+    /// Mean and spread of the log scale over the whole cloud.
+    pub(crate) fn scale(&self) -> (f64, f64) {
+        let of = |f: &dyn Fn(f64) -> f64| -> f64 {
+            self.weight.iter().zip(&self.log_scale).map(|(w, l)| f64::from(*w) * f(f64::from(*l))).sum()
+        };
+        let total: f64 = self.weight.iter().map(|w| f64::from(*w)).sum();
+        let mean = of(&|l| l) / total;
+        (mean, (of(&|l| (l - mean) * (l - mean)) / total).max(0.0).sqrt())
+    }
+}
+
+/// The angle in (−π, π] nearest to what f32 arithmetic made of it.
+pub(crate) fn wrapped(angle: f32) -> f32 {
+    wrap_angle(f64::from(angle)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(weights: &[f32]) -> Particles {
+        let mut cloud = Particles::default();
+        for (i, weight) in weights.iter().enumerate() {
+            cloud.push(i as f32, 0.0, 0.0, 0.0);
+            if let Some(log) = cloud.log_weight.last_mut() {
+                *log = libm::logf(*weight);
+            }
+        }
+        cloud.normalize();
+        cloud
+    }
+
+    #[test]
+    fn each_particle_is_copied_in_proportion_to_its_weight_up_to_one() {
+        let weights = [0.05, 0.4, 0.0, 0.3, 0.25];
+        let mut cloud = cloud(&weights);
+        let ancestors = cloud.resample_systematic(1000, Seed(5));
+        for (i, weight) in weights.iter().enumerate() {
+            let copies = ancestors.iter().filter(|a| **a as usize == i).count() as f32;
+            assert!((copies - 1000.0 * weight).abs() <= 1.0, "{copies} copies of weight {weight}");
+        }
+    }
+
+    #[test]
+    fn the_effective_share_is_one_for_equal_weights_and_small_for_one_winner() {
+        assert!((cloud(&[2.0; 8]).effective_share() - 1.0).abs() < 1e-6);
+        assert!((cloud(&[1.0, 0.0, 0.0, 0.0]).effective_share() - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_cloud_of_impossible_guesses_stays_a_cloud() {
+        let mut cloud = cloud(&[1.0, 1.0]);
+        cloud.log_weight.fill(f32::NEG_INFINITY);
+        cloud.normalize();
+        assert_eq!(cloud.weight, [0.5, 0.5]);
+    }
+
+    #[test]
+    fn roughened_scale_keeps_the_priors_spread_however_often() {
+        let prior = ScalePrior { metres_per_unit: 2.0, relative_sigma: 0.2 };
+        let mut cloud = cloud(&[1.0; 8192]);
+        cloud.log_scale.fill(-1.5);
+        for i in 0..2000 {
+            cloud.roughen(&Roughening { metres: 0.0, heading_rad: 0.0, log_scale: 0.02 }, &prior, Seed(i));
+        }
+        let (mean, sigma) = cloud.scale();
+        // 2000 · (0.02 / 0.2)² / 2 = 10 time constants; then 4 σ/√N and 4 σ/√(2N).
+        assert!((mean - prior.log_mean()).abs() < 4.0 * 0.2 / 8192f64.sqrt() + 2.2 * libm::exp(-10.0), "mean {mean}");
+        assert!((sigma - 0.2).abs() < 4.0 * 0.2 / 16384f64.sqrt(), "sigma {sigma}");
+    }
+
+    #[test]
+    fn joined_particles_weigh_their_share() {
+        let mut one = cloud(&[1.0, 3.0]);
+        one.join(&cloud(&[1.0; 3]), 0.4);
+        assert!((one.weight[2..].iter().sum::<f32>() - 0.4).abs() < 1e-6);
+        one.normalize();
+        assert!((one.weight[1] - 0.45).abs() < 1e-6, "{:?}", one.weight);
+    }
+}

@@ -1,0 +1,213 @@
+//! What does the whole walk say? The filter over all steps, then the smoother, then the answer.
+//!
+//! Path + sightings ──[`Localizer::push`] for each step──▶ [`Localizer::finish`] ──▶ [`Localization`]
+
+use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, ScaleEstimate, Sighting, Status};
+
+use crate::LocateError;
+use crate::filter::{FilterView, Localizer, LocateOptions};
+use crate::likelihood::Explained;
+use crate::smooth::{self, Smoothed};
+
+/// Hypotheses below this share of the mass are not reported, unless none is above it.
+const HYPOTHESIS_MIN: f64 = 0.01;
+/// Most hypotheses that are reported.
+const HYPOTHESES_MAX: usize = 6;
+/// Backward trajectories of the best hypothesis; 95 % radii from 200 are good to about 10 %. The others get a quarter.
+const TRAJECTORIES: usize = 200;
+
+/// How well the answer holds up.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Quality {
+    /// Share of the sightings used that drawn walls explain along the track, 0..=1. The rest is furniture, people, mistakes.
+    pub seen_explained: f64,
+    /// Share of the sightings used whose ray goes through a drawn wall along the track.
+    pub seen_through_walls: f64,
+    /// Sightings used.
+    pub seen: usize,
+    /// Nats a sighting by which the best place beat random poses at the end (see [`crate::VerdictOptions::gain_nats`]).
+    pub gain_nats: f64,
+    /// How often the track enters a wall.
+    pub wall_crossings: usize,
+    /// Steps of the path.
+    pub steps: usize,
+    /// Updates of the filter: steps are gathered until the body has moved.
+    pub updates: usize,
+    /// Most particles at any time.
+    pub particles_max: usize,
+    /// Particles at the end.
+    pub particles_end: usize,
+}
+
+/// The posterior of a walk.
+#[derive(Debug, Clone)]
+pub struct Localization {
+    /// What was known at each moment: the start, then the end of each step.
+    pub filter: Vec<Estimate>,
+    /// The whole walk under the best hypothesis, known from its end; the same moments.
+    pub track: Vec<Estimate>,
+    /// What explains the walk, likeliest first; at least one.
+    pub hypotheses: Vec<Hypothesis>,
+    /// The verdict at the end.
+    pub status: Status,
+    /// Metres per unit of odometry, over all hypotheses.
+    pub scale: ScaleEstimate,
+    /// How well the answer holds up.
+    pub quality: Quality,
+}
+
+/// Localises a walk on a plan. `progress` is told the share done, 0..=1, in rising order.
+///
+/// Sightings belong to the step during which they were made; they may come in any order, and those outside of the path's time
+/// are left out.
+///
+/// # Errors
+/// [`LocateError`] when the path, the start or the scale make no sense. Not knowing where the walker is, is no error.
+pub fn localize(
+    path: &Path,
+    sightings: &[Sighting],
+    plan: &FloorPlan,
+    options: &LocateOptions,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Localization, LocateError> {
+    localize_observed(path, sightings, plan, options, progress, &mut |_| {})
+}
+
+/// As [`localize`]; `observer` sees the cloud after every update.
+///
+/// # Errors
+/// As [`localize`].
+pub fn localize_observed(
+    path: &Path,
+    sightings: &[Sighting],
+    plan: &FloorPlan,
+    options: &LocateOptions,
+    progress: &mut dyn FnMut(f64),
+    observer: &mut dyn FnMut(&FilterView<'_>),
+) -> Result<Localization, LocateError> {
+    check(path)?;
+    let mut sightings: Vec<Sighting> = sightings.to_vec();
+    sightings.sort_by_key(|s| s.stamp);
+    let mut localizer = Localizer::new(plan, options)?;
+    let before = path.steps.first().map_or(0, |step| sightings.partition_point(|s| s.stamp < step.from));
+    let mut seen = &sightings[before..];
+    for (index, step) in path.steps.iter().enumerate() {
+        let (now, later) = seen.split_at(seen.partition_point(|s| s.stamp <= step.to));
+        seen = later;
+        let updates = localizer.updates();
+        localizer.push(step, now);
+        if localizer.updates() > updates {
+            observer(&localizer.view());
+        }
+        progress(0.95 * (index + 1) as f64 / path.steps.len() as f64);
+    }
+    let localization = localizer.finish()?;
+    progress(1.0);
+    Ok(localization)
+}
+
+fn check(path: &Path) -> Result<(), LocateError> {
+    if path.steps.is_empty() {
+        return Err(LocateError::EmptyPath { steps: 0 });
+    }
+    let mut last = None;
+    for (index, step) in path.steps.iter().enumerate() {
+        let covariance_finite = step.covariance.iter().all(|v| v.is_finite());
+        if !([step.forward, step.left, step.turn_rad].iter().all(|v| v.is_finite()) && covariance_finite) {
+            return Err(LocateError::NotFinite { index });
+        }
+        if step.to <= step.from || last.is_some_and(|last| step.from < last) {
+            return Err(LocateError::StepsGoBack { index, from_s: step.from.as_secs(), to_s: step.to.as_secs() });
+        }
+        last = Some(step.to);
+    }
+    Ok(())
+}
+
+impl Localizer<'_> {
+    /// Ends the walk: smooths it, and says what it was.
+    ///
+    /// # Errors
+    /// [`LocateError::EmptyPath`] when no step was pushed.
+    pub fn finish(mut self) -> Result<Localization, LocateError> {
+        if self.moments.is_empty() {
+            return Err(LocateError::EmptyPath { steps: 0 });
+        }
+        self.flush();
+        let reported = self.modes.modes.iter().filter(|m| m.mass >= HYPOTHESIS_MIN).count().clamp(1, HYPOTHESES_MAX);
+        let mut hypotheses = Vec::with_capacity(reported);
+        let mut best: Vec<Smoothed> = Vec::new();
+        let mut walk_of_best: Vec<Smoothed> = Vec::new();
+        for mode in 0..reported.min(self.modes.modes.len()) {
+            let count = if mode == 0 { TRAJECTORIES } else { TRAJECTORIES / 4 };
+            let walk = smooth::backward(&self, mode, count);
+            let moments = smooth::at_moments(&self, &walk);
+            hypotheses.push(self.hypothesis(mode, &moments));
+            if mode == 0 {
+                (best, walk_of_best) = (moments, walk);
+            }
+        }
+        let quality = self.quality(&walk_of_best, &best);
+        let track = self.track(&best);
+        let (log_scale, relative_sigma) = self.cloud.scale();
+        let scale = ScaleEstimate { metres_per_unit: libm::exp(log_scale), relative_sigma };
+        Ok(Localization { filter: self.estimates, track, hypotheses, status: self.status, scale, quality })
+    }
+
+    fn hypothesis(&self, index: usize, moments: &[Smoothed]) -> Hypothesis {
+        let mode = &self.modes.modes[index];
+        let track = self.moments.iter().zip(moments).map(|(m, s)| (m.stamp, self.to_plan(&s.mean))).collect();
+        Hypothesis {
+            probability: mode.mass.clamp(0.0, 1.0),
+            pose: self.to_plan(&mode.mean),
+            covariance: mode.covariance,
+            radius95_m: mode.radius95_m,
+            scale: ScaleEstimate { metres_per_unit: libm::exp(mode.log_scale), relative_sigma: mode.log_scale_sigma },
+            track,
+        }
+    }
+
+    /// The best hypothesis as estimates; its probability and the verdict are those of the end.
+    fn track(&self, moments: &[Smoothed]) -> Vec<Estimate> {
+        let probability = self.modes.modes.first().map_or(0.0, |m| m.mass.clamp(0.0, 1.0));
+        let estimate = |(moment, smoothed): (&crate::filter::Moment, &Smoothed)| Estimate {
+            stamp: moment.stamp,
+            pose: self.to_plan(&smoothed.mean),
+            covariance: smoothed.covariance,
+            radius95_m: smoothed.radius95_m,
+            probability,
+            status: self.status,
+        };
+        self.moments.iter().zip(moments).map(estimate).collect()
+    }
+
+    fn quality(&self, walk: &[Smoothed], moments: &[Smoothed]) -> Quality {
+        let mut sum = Explained::default();
+        let mut seen = 0;
+        for (generation, smoothed) in self.history.generations.iter().zip(walk) {
+            let rays = generation.rays.len();
+            let view = self.scorer.on(&self.walls, &generation.rays);
+            let [x, y, heading] = [smoothed.mean.x, smoothed.mean.y, smoothed.mean.z].map(|v| v as f32);
+            let explained = view.explain(x, y, heading, smoothed.log_scale as f32);
+            sum.on_wall += explained.on_wall * rays as f64;
+            sum.through += explained.through * rays as f64;
+            seen += rays;
+        }
+        let entries = |pair: &[Smoothed]| {
+            let [x0, y0, x1, y1] = [pair[0].mean.x, pair[0].mean.y, pair[1].mean.x, pair[1].mean.y].map(|v| v as f32);
+            self.walls.crossings(x0, y0, x1, y1) as usize
+        };
+        let share = |of: f64| if seen > 0 { of / seen as f64 } else { 0.0 };
+        Quality {
+            seen_explained: share(sum.on_wall),
+            seen_through_walls: share(sum.through),
+            seen,
+            gain_nats: self.evidence.gain_nats,
+            wall_crossings: moments.windows(2).map(entries).sum(),
+            steps: self.moments.len().saturating_sub(1),
+            updates: self.history.generations.len().saturating_sub(1),
+            particles_max: self.particles_most,
+            particles_end: self.cloud.len(),
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! What does a person need to see? Drawings as SVG text, and as PNG through [`png_of`]; no fonts, no files, no network.
+//!
+//! [`TrackPicture`]: the walk on the plan with its doubt · [`TrajectoryPicture`]: the camera's path by itself ·
+//! [`PlacementPicture`]: all places where a path fits · [`ParticlePicture`]: the filter at work.
+//!
+//! Plans are drawn y up, in metres; the sheet itself is SVG's pixels, y down.
+
+mod colour;
+mod font;
+mod map;
+mod marks;
+mod particles;
+mod placement;
+mod png;
+pub(crate) mod svg;
+mod track;
+mod trajectory;
+
+pub use particles::{ParticleCloud, ParticlePicture};
+pub use placement::PlacementPicture;
+pub use png::{PictureError, png_of};
+pub use track::TrackPicture;
+pub use trajectory::TrajectoryPicture;

@@ -1,0 +1,55 @@
+//! What does an SVG of ours look like as pixels? Drawn without fonts, files or network, so the same everywhere.
+
+use resvg::{tiny_skia, usvg};
+
+/// Why a drawing could not be turned into pixels.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The text is no SVG.
+    #[error("the drawing is not valid SVG: {0}")]
+    NotSvg(#[from] usvg::Error),
+    /// No memory, or a size of zero.
+    #[error("a picture of {width}×{height} px cannot be made: use a smaller drawing")]
+    Size {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// The pixels could not be packed.
+    #[error("the picture could not be written as PNG: {0}")]
+    Encoding(String),
+}
+
+/// The PNG file of an SVG drawing at its own size.
+///
+/// # Errors
+/// [`PictureError`] when the text is no SVG, or its size is zero or beyond memory.
+pub fn png_of(svg: &str) -> Result<Vec<u8>, PictureError> {
+    let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
+    let size = tree.size().to_int_size();
+    let (width, height) = (size.width(), size.height());
+    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or(PictureError::Size { width, height })?;
+    resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_those_of_the_drawing() {
+        let svg = r##"<svg xmlns="http://www.w3.org/2000/svg" width="2" height="1"><rect width="1" height="1" fill="#ff0000"/></svg>"##;
+        let png = png_of(svg).unwrap();
+        assert_eq!(&png[1..4], b"PNG");
+        let pixels = tiny_skia::Pixmap::decode_png(&png).unwrap();
+        assert_eq!((pixels.width(), pixels.height()), (2, 1));
+        assert_eq!(&pixels.data()[..8], &[255, 0, 0, 255, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn what_is_no_drawing_is_said() {
+        assert!(matches!(png_of("hello"), Err(PictureError::NotSvg(_))));
+    }
+}

@@ -1,0 +1,278 @@
+//! What does `result.json` say? The answer for programs; the schema is versioned.
+
+use planwalk_locate::{Localization, Quality};
+use planwalk_odometry::Gap;
+use planwalk_types::{Camera, Estimate, Hypothesis, PlanPose, ScaleEstimate, Seed, Status};
+use serde::{Deserialize, Serialize};
+
+/// Name and version of the schema. A field may be added under the same number; what changes or goes raises it.
+pub const SCHEMA: &str = "planwalk-result/1";
+
+/// The whole of `result.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResultFile {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// Version of the program.
+    pub version: String,
+    /// Which command wrote it.
+    pub command: String,
+    /// What chance grew from.
+    pub seed: Seed,
+    /// The verdict at the end; absent where nothing was localised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub status: Option<Status>,
+    /// What explains the walk, likeliest first.
+    pub hypotheses: Vec<HypothesisEntry>,
+    /// Metres per unit of odometry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<ScaleEstimate>,
+    /// How well the answer holds up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quality: Option<QualityEntry>,
+    /// The video's odometry, where there was a video.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<OdometryEntry>,
+    /// Where the path fits (`planwalk place`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement: Option<PlacementEntry>,
+    /// The camera and where its numbers come from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Camera>,
+    /// What went in.
+    pub inputs: Vec<InputEntry>,
+    /// Stretches of video in which nothing usable was seen.
+    pub gaps: Vec<GapEntry>,
+    /// What a person should know: assumptions made, oddities met.
+    pub notes: Vec<String>,
+    /// How far off the truth is, where it is known (`planwalk demo`).
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthEntry>,
+}
+
+/// One place that explains the walk.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HypothesisEntry {
+    /// Share of the whole mass, 0..=1.
+    pub probability: f64,
+    /// Where the walk ended.
+    pub pose: PoseEntry,
+    /// Where the walk began.
+    pub start: PoseEntry,
+    /// Covariance of (x, y, heading) at the end, row by row: m², m·rad, rad².
+    pub covariance: [f64; 9],
+    /// Radius that holds 95 % of its mass at the end, metres.
+    pub radius95_m: f64,
+    /// Metres per unit of odometry here.
+    pub scale: ScaleEstimate,
+}
+
+/// A pose on the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PoseEntry {
+    /// Metres.
+    pub x_m: f64,
+    /// Metres.
+    pub y_m: f64,
+    /// Radians, anticlockwise from +x.
+    pub yaw_rad: f64,
+}
+
+/// How well the answer holds up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct QualityEntry {
+    /// Share of the sightings that drawn walls explain along the track.
+    pub seen_explained: f64,
+    /// Share of the sightings whose ray goes through a drawn wall.
+    pub seen_through_walls: f64,
+    /// Sightings used.
+    pub seen: usize,
+    /// How often the track enters a wall.
+    pub wall_crossings: usize,
+    /// Steps of the path.
+    pub steps: usize,
+    /// Most particles at any time.
+    pub particles_max: usize,
+    /// Particles at the end.
+    pub particles_end: usize,
+}
+
+/// The video's odometry in figures.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OdometryEntry {
+    /// Frames followed.
+    pub frames: usize,
+    /// Seconds from the first to the last.
+    pub seconds: f64,
+    /// Length of the path, units.
+    pub length: f64,
+    /// Points of the map seen from keyframes.
+    pub sightings: usize,
+    /// Solver of the relative pose.
+    pub solver: SolverEntry,
+}
+
+/// Solver of the relative pose between two views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverEntry {
+    /// Nistér's.
+    FivePoint,
+    /// Hartley's.
+    EightPoint,
+}
+
+/// Where a path fits without hitting a wall.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlacementEntry {
+    /// Area of the possible starts, m².
+    pub area_m2: f64,
+    /// Headings times scales that were tried.
+    pub tried: usize,
+    /// Separate places, largest first.
+    pub modes: Vec<PlacementModeEntry>,
+}
+
+/// One place where a path fits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PlacementModeEntry {
+    /// A start there.
+    pub start: PoseEntry,
+    /// Metres per unit of the path.
+    pub metres_per_unit: f64,
+    /// Share of all placements.
+    pub share: f64,
+}
+
+/// A file or folder that went in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputEntry {
+    /// What it was used as.
+    pub role: String,
+    /// The path as it was given.
+    pub path: String,
+    /// SHA-256 of its bytes; of a folder, over names and contents.
+    pub sha256: String,
+}
+
+/// A stretch of video in which nothing usable was seen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GapEntry {
+    /// Seconds on the video's clock.
+    pub from_s: f64,
+    /// Seconds on the video's clock.
+    pub to_s: f64,
+    /// What was missing.
+    pub cause: String,
+}
+
+/// How far off the truth is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TruthEntry {
+    /// Distance at the end, metres.
+    pub truth_end_error_m: f64,
+    /// Median distance over the walk, metres.
+    pub truth_median_error_m: f64,
+    /// Whether the true end lies in the 95 % region.
+    pub truth_in_region95: bool,
+}
+
+impl ResultFile {
+    /// A result that says nothing yet.
+    pub fn new(command: &str, seed: Seed) -> Self {
+        Self {
+            schema: SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command.to_owned(),
+            seed,
+            status: None,
+            hypotheses: Vec::new(),
+            scale: None,
+            quality: None,
+            odometry: None,
+            placement: None,
+            camera: None,
+            inputs: Vec::new(),
+            gaps: Vec::new(),
+            notes: Vec::new(),
+            truth: None,
+        }
+    }
+
+    /// Takes in a localisation.
+    pub fn set_localization(&mut self, found: &Localization) {
+        self.status = Some(found.status);
+        self.hypotheses = found.hypotheses.iter().map(HypothesisEntry::from).collect();
+        self.scale = Some(found.scale);
+        self.quality = Some(QualityEntry::from(&found.quality));
+    }
+
+    /// Pretty JSON with a newline at the end.
+    pub fn to_json(&self) -> String {
+        // Every field is a number, a string or a list of them: nothing here can fail to be written.
+        serde_json::to_string_pretty(self).map(|text| text + "\n").unwrap_or_default()
+    }
+}
+
+impl From<&PlanPose> for PoseEntry {
+    fn from(pose: &PlanPose) -> Self {
+        Self { x_m: pose.x, y_m: pose.y, yaw_rad: pose.heading_rad }
+    }
+}
+
+impl From<&Hypothesis> for HypothesisEntry {
+    fn from(h: &Hypothesis) -> Self {
+        let start = h.track.first().map_or(&h.pose, |(_, pose)| pose);
+        Self {
+            probability: h.probability,
+            pose: PoseEntry::from(&h.pose),
+            start: PoseEntry::from(start),
+            covariance: std::array::from_fn(|i| h.covariance[(i / 3, i % 3)]),
+            radius95_m: h.radius95_m,
+            scale: h.scale,
+        }
+    }
+}
+
+impl From<&Quality> for QualityEntry {
+    fn from(q: &Quality) -> Self {
+        Self {
+            seen_explained: q.seen_explained,
+            seen_through_walls: q.seen_through_walls,
+            seen: q.seen,
+            wall_crossings: q.wall_crossings,
+            steps: q.steps,
+            particles_max: q.particles_max,
+            particles_end: q.particles_end,
+        }
+    }
+}
+
+impl From<&Gap> for GapEntry {
+    fn from(gap: &Gap) -> Self {
+        Self { from_s: gap.from.as_secs(), to_s: gap.to.as_secs(), cause: gap.cause.clone() }
+    }
+}
+
+/// Length of a track on the plan, metres.
+pub fn length_m(track: &[Estimate]) -> f64 {
+    track.windows(2).map(|pair| pair[0].pose.origin().distance(pair[1].pose.origin())).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_reads_back_as_it_was_written() {
+        let mut result = ResultFile::new("demo", Seed(7));
+        result.status = Some(Status::Ambiguous);
+        result.notes.push("a \"note\" with <signs>".to_owned());
+        result.truth = Some(TruthEntry { truth_end_error_m: 0.25, truth_median_error_m: 0.125, truth_in_region95: true });
+        let text = result.to_json();
+        assert_eq!(serde_json::from_str::<ResultFile>(&text).unwrap(), result);
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((value["schema"].as_str(), value["status"].as_str()), (Some(SCHEMA), Some("ambiguous")));
+        assert_eq!(value["truth_end_error_m"].as_f64(), Some(0.25));
+    }
+}
