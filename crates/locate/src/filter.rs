@@ -16,7 +16,7 @@ use crate::likelihood::{Pending, Scorer, SightingModel, View};
 use crate::modes::{Bins, Modes};
 use crate::motion::{Motion, MoveSampler, NoiseFloor};
 use crate::particles::{CHUNK, Particles, Roughening, wrapped};
-use crate::prior::{self, LocalPose, ScalePrior, StartPrior};
+use crate::prior::{self, ScalePrior, StartPrior};
 use crate::survival::Survival;
 use crate::verdict::{Evidence, VerdictOptions, verdict};
 use crate::walls::{GroundCosts, Walls};
@@ -137,6 +137,10 @@ pub struct FilterView<'a> {
     pub log_scale: &'a [f32],
     /// Weights; they sum to one.
     pub weight: &'a [f32],
+    /// The verdict.
+    pub status: Status,
+    /// See [`VerdictOptions::gain_nats`].
+    pub gain_nats: f64,
 }
 
 /// The filter, fed step by step. It knows nothing of the future.
@@ -156,8 +160,6 @@ pub struct Localizer<'a> {
     pub(crate) modes: Modes,
     pub(crate) status: Status,
     pub(crate) evidence: Evidence,
-    /// Random poses against which the best mode must hold its own.
-    control: Vec<LocalPose>,
     pub(crate) history: History,
     pub(crate) moments: Vec<Moment>,
     pub(crate) estimates: Vec<Estimate>,
@@ -199,7 +201,6 @@ impl<'a> Localizer<'a> {
         let status = verdict(&modes, &Evidence::default(), start_known, &options.verdict);
         Ok(Self {
             parents: (0..cloud.len() as u32).collect(),
-            control: prior::cover(plan, 256, options.seed.child("control", 0)),
             particles_most: cloud.len(),
             plan,
             options,
@@ -264,6 +265,8 @@ impl<'a> Localizer<'a> {
             heading_rad: &self.cloud.heading,
             log_scale: &self.cloud.log_scale,
             weight: &self.cloud.weight,
+            status: self.status,
+            gain_nats: self.evidence.gain_nats,
         }
     }
 
@@ -327,22 +330,19 @@ impl<'a> Localizer<'a> {
         (6_000_000 / self.cloud.len().max(1)).clamp(most.min(8), most)
     }
 
-    /// Nats a sighting by which the best mode beats random poses of the same scale.
+    /// Nats a sighting by which the best mode beats calling everything furniture.
     fn gain(&self, view: &View<'_>) -> f64 {
-        let Some(best) = self.modes.modes.first() else { return 0.0 };
         let stride = (self.cloud.len() / 2048).max(1);
         let (mut nats, mut weight) = (0.0, 0.0);
         for i in (0..self.cloud.len()).step_by(stride) {
             let (x, y, heading) = (self.cloud.x[i], self.cloud.y[i], self.cloud.heading[i]);
             if self.modes.of(&self.bins, x, y, heading) == Some(0) {
                 let w = f64::from(self.cloud.weight[i]);
-                nats += w * view.explain(x, y, heading, self.cloud.log_scale[i]).nats_per_ray;
+                nats += w * view.explain(x, y, heading, self.cloud.log_scale[i]).gain_nats;
                 weight += w;
             }
         }
-        let random = self.control.iter().map(|p| view.explain(p.x, p.y, p.heading, best.log_scale as f32).nats_per_ray);
-        let random = random.sum::<f64>() / self.control.len().max(1) as f64;
-        if weight > 0.0 { nats / weight - random } else { 0.0 }
+        if weight > 0.0 { nats / weight } else { 0.0 }
     }
 
     fn resample(&mut self, seed: Seed) {

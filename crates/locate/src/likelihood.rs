@@ -106,8 +106,8 @@ fn share_of(step: &Step, stamp: Stamp) -> f64 {
 /// What a pose makes of the rays.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Explained {
-    /// Mean log-likelihood of a ray, nats, not tempered.
-    pub nats_per_ray: f64,
+    /// Mean log-likelihood of a ray over that of its being furniture, nats, not tempered.
+    pub gain_nats: f64,
     /// Rays that end at a drawn wall, after nothing but air.
     pub on_wall: f64,
     /// Rays that go through a wall.
@@ -126,6 +126,7 @@ pub(crate) struct Scorer {
     before: Vec<f32>,
     behind: Vec<f32>,
     through_nats: f32,
+    furniture_nats: f32,
     wall_sigma_m: f32,
     sigma_index_per_log: f32,
 }
@@ -151,6 +152,7 @@ impl Scorer {
             before,
             behind,
             through_nats: libm::log(model.through / model.spread_m / total) as f32,
+            furniture_nats: libm::log(model.clutter / model.spread_m / total) as f32,
             wall_sigma_m: model.wall_sigma_m as f32,
             sigma_index_per_log: 1.0 / libm::logf(SIGMA_STEP),
         }
@@ -250,7 +252,9 @@ impl View<'_> {
         let count = self.rays.len().max(1) as f64;
         let scale = libm::expf(log_scale);
         let turn = libm::sincosf(heading);
-        let mut explained = Explained { nats_per_ray: f64::from(self.nats(x, y, heading, log_scale)) / count, ..Explained::default() };
+        let furniture = f64::from(self.scorer.furniture_nats) + f64::from(log_scale);
+        let gain_nats = f64::from(self.nats(x, y, heading, log_scale)) / count - furniture;
+        let mut explained = Explained { gain_nats, ..Explained::default() };
         for ray in &self.rays {
             match self.fate(ray, x, y, turn, scale) {
                 Fate::Through => explained.through += 1.0 / count,

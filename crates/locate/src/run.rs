@@ -25,7 +25,8 @@ pub struct Quality {
     pub seen_through_walls: f64,
     /// Sightings used.
     pub seen: usize,
-    /// Nats a sighting by which the best place beat random poses at the end (see [`crate::VerdictOptions::gain_nats`]).
+    /// Nats a sighting by which the best place beat calling everything furniture, at the end (see
+    /// [`crate::VerdictOptions::gain_nats`]).
     pub gain_nats: f64,
     /// How often the track enters a wall.
     pub wall_crossings: usize,

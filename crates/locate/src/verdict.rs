@@ -1,10 +1,10 @@
 //! Is the walker where the filter thinks: tracking, ambiguous, or lost?
 //!
-//! modes + how much better the best one explains the sightings than a random place does ──▶ Status
+//! modes + how much better the best one explains the sightings than calling them all furniture does ──▶ Status
 //!
-//! A mode's mass says only that it beats its rivals *among the particles*. Therefore: a best mode that explains no more
-//! than a random pose on the same plan is lost, however much mass it has; and where nothing was seen, walls alone must have
-//! had their say over a long way before one place may be believed.
+//! A mode's mass says only that it beats its rivals *among the particles*. Therefore a best mode whose walls explain nothing
+//! of what was seen is lost, however much mass it has; and where nothing was seen, no place is believed unless somebody said
+//! where the walk began: a cloud that only avoids walls gathers somewhere, right or wrong.
 
 use planwalk_types::Status;
 
@@ -19,8 +19,7 @@ pub struct VerdictOptions {
     pub radius_m: f64,
     /// Largest standard deviation of the heading, radians.
     pub heading_sigma_rad: f64,
-    /// Nats a sighting by which the best mode must beat random poses. The truth beats them by 0.7 and more on real plans
-    /// with half of the sightings on furniture, a wrong place by less than this.
+    /// Nats a sighting by which the best mode must beat calling everything furniture.
     pub gain_nats: f64,
     /// Gain under which no place explains what is seen.
     pub lost_nats: f64,
@@ -39,7 +38,7 @@ impl Default for VerdictOptions {
 /// What has spoken for the best mode so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Evidence {
-    /// Smoothed nats a sighting over random poses.
+    /// Smoothed nats a sighting over calling everything furniture.
     pub gain_nats: f64,
     /// Way walked with sightings, metres, since the start or the last new beginning.
     pub seen_m: f64,
@@ -85,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_no_better_than_random_is_lost_once_enough_was_seen() {
+    fn a_place_that_explains_nothing_is_lost_once_enough_was_seen() {
         let options = VerdictOptions::default();
         let mut evidence = Evidence::default();
         evidence.add(0.0, 1.0, &options);

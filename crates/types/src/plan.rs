@@ -223,29 +223,43 @@ mod inside {
                 wall[i / width / block * columns + i % width / block] = true;
             }
         }
-        let enclosed: Vec<f32> = (0..columns * rows).map(|i| enclosure(&wall, columns, rows, i % columns, i / columns)).collect();
+        let enclosed = enclosure(&wall, columns, rows);
         let graded = |e: f32| ((e - 0.5) / 0.35).clamp(0.0, 1.0);
         let at = |i: usize| if cells[i] == Cell::Free { graded(enclosed[i / width / block * columns + i % width / block]) } else { 0.0 };
         (0..cells.len()).map(at).collect()
     }
 
-    /// Share of directions in which a wall is met before the grid ends.
-    fn enclosure(wall: &[bool], columns: usize, rows: usize, column: usize, row: usize) -> f32 {
-        let hits = (0..DIRECTIONS).filter(|i| {
-            let (s, c) = libm::sincos((*i as f64 + 0.5) * std::f64::consts::TAU / DIRECTIONS as f64);
-            let (mut x, mut y) = (column as f64 + 0.5, row as f64 + 0.5);
-            loop {
-                x += 0.7 * c;
-                y += 0.7 * s;
-                if x < 0.0 || y < 0.0 || x >= columns as f64 || y >= rows as f64 {
-                    return false;
-                }
-                if wall[y as usize * columns + x as usize] {
-                    return true;
+    /// Share of directions in which a wall is met before the grid ends, for each cell.
+    ///
+    /// Each direction is swept along the grid's digital lines, every cell lying on just one of them, so the cost is linear in the
+    /// cells, whatever the distance to the walls.
+    fn enclosure(wall: &[bool], columns: usize, rows: usize) -> Vec<f32> {
+        let mut hits = vec![0u16; wall.len()];
+        for i in 0..DIRECTIONS {
+            let (s, c) = libm::sincos((i as f64 + 0.5) * std::f64::consts::TAU / DIRECTIONS as f64);
+            // The longer axis is walked cell by cell; the other follows by the slope.
+            let steep = s.abs() > c.abs();
+            let (long, short) = if steep { (rows, columns) } else { (columns, rows) };
+            let (ahead, slope) = if steep { (s > 0.0, c / s) } else { (c > 0.0, s / c) };
+            let shift = |k: usize| libm::floor(slope * k as f64) as isize;
+            let reach = shift(long.saturating_sub(1));
+            for line in -reach.max(0)..short as isize - reach.min(0) {
+                let mut met = false;
+                for step in 0..long {
+                    // Against the direction of the look: what was met so far lies ahead of the cell.
+                    let k = if ahead { long - 1 - step } else { step };
+                    let across = line + shift(k);
+                    if across < 0 || across >= short as isize {
+                        // Lines enter the grid once and leave it once, so nothing was met outside.
+                        continue;
+                    }
+                    let cell = if steep { k * columns + across as usize } else { across as usize * columns + k };
+                    met |= wall[cell];
+                    hits[cell] += u16::from(met);
                 }
             }
-        });
-        hits.count() as f32 / DIRECTIONS as f32
+        }
+        hits.into_iter().map(|h| f32::from(h) / DIRECTIONS as f32).collect()
     }
 }
 
@@ -274,6 +288,28 @@ mod tests {
         assert!(inside_at(&plan, 5.0, 1.0) > 0.9, "the middle of the corridor");
         assert!(inside_at(&plan, 5.0, 4.0) < 0.1, "in front of the building");
         assert!(inside_at(&plan, 12.5, 1.0) < 0.1, "past the open end");
+    }
+
+    #[test]
+    fn inside_is_the_same_from_every_side() {
+        // The corridor turned by quarters: the sweep must treat all directions alike.
+        let centre = inside_at(&open_corridor(), 9.0, 1.0);
+        for quarter in 1..4 {
+            let turned = |x: f64, y: f64| match quarter {
+                1 => (-y, x),
+                2 => (-x, -y),
+                _ => (y, -x),
+            };
+            let turned_wall = |w: [f64; 4]| {
+                let (from, to) = (turned(w[0], w[1]), turned(w[2], w[3]));
+                wall(from.0, from.1, to.0, to.1)
+            };
+            let walls = [[0.0, 0.0, 10.0, 0.0], [0.0, 2.0, 10.0, 2.0], [0.0, 0.0, 0.0, 2.0]].map(turned_wall);
+            let plan = FloorPlan::from_walls(&walls, 0.05, 3.0).unwrap();
+            let (x, y) = turned(9.0, 1.0);
+            // Coarse cells of 25 cm fall differently on the turned walls: a few of the 64 directions.
+            assert!((inside_at(&plan, x, y) - centre).abs() < 0.2, "quarter {quarter}: {} for {centre}", inside_at(&plan, x, y));
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod cells;
 mod drawing;
 mod measure;
 mod ros;
+mod write;
 
 use std::path::Path;
 
@@ -17,6 +18,7 @@ use planwalk_types::{FloorPlan, PlanError, Pt2};
 use crate::raster::{self, RasterError, SizeLimit};
 
 pub use measure::{Measure, MeasureError};
+pub use write::{ros_map_image, ros_map_yaml};
 
 /// Options of [`read`].
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,0 +1,299 @@
+//! What can be asked for? The command line, with units: metres and degrees.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use planwalk::locate::StartPrior;
+use planwalk::odometry::Solver;
+use planwalk::types::{OdometryScale, Seed};
+use planwalk_io::plan::Measure;
+use planwalk_io::trajectory::{PosesFormat, PosesFrame};
+
+/// Tells where on a floor plan a first-person video was walked, how sure it is, and where else it could have been.
+#[derive(Debug, Parser)]
+#[command(name = "planwalk", version, arg_required_else_help = true, after_help = EXAMPLES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "Examples:
+  planwalk demo -o out
+  planwalk locate walk.mp4 --plan floor2.png --metres-per-pixel 0.02 -o out
+  planwalk locate frames/ --fps 12 --camera camera.yaml --plan map.yaml --start 1.5,2,90 -o out
+  planwalk locate --poses odometry.tum --odometry-scale metric --plan map.yaml -o out
+  planwalk track walk.mp4 --solver eight-point -o out
+
+Exit codes: 0 done (an ambiguous verdict is an answer), 2 usage, 4 input unusable, 5 no answer at all.";
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulates a building and a walk through it, and finds the walk again from the video alone
+    Demo(DemoArgs),
+    /// Follows the camera through a video: odometry, without any plan
+    #[command(after_help = "Examples:
+  planwalk track walk.mp4 -o out
+  planwalk track frames/ --fps 12 --camera camera.yaml --solver eight-point -o out")]
+    Track(TrackArgs),
+    /// Finds where on a plan a video, or a path from elsewhere, was walked
+    #[command(after_help = "Examples:
+  planwalk locate walk.mp4 --plan floor2.png --metres-per-pixel 0.02 -o out
+  planwalk locate walk.mp4 --plan scan.jpg --measure 100,200,400,200=6m --start 3.5,2 -o out
+  planwalk locate --poses odometry.tum --sightings sightings.csv --plan map.yaml -o out
+  planwalk locate --poses robot.clf --odometry-scale metric --plan map.yaml -o out")]
+    Locate(LocateArgs),
+    /// Shows every place of a plan where a trajectory fits without touching a wall
+    #[command(after_help = "Examples:
+  planwalk place --poses walk.tum --plan map.yaml --odometry-scale metric -o out
+  planwalk place --poses walk.tum --plan map.yaml --heading 90 --scale-range 0.8,1.2 -o out")]
+    Place(PlaceArgs),
+}
+
+/// What every command takes.
+#[derive(Debug, Args)]
+pub struct Common {
+    /// Folder for the results; it must be empty or new
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Write into a folder that is not empty
+    #[arg(long)]
+    pub force: bool,
+    /// Number that chance grows from; the same seed gives the same bytes
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Threads to use [default: all cores]
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print the summary as JSON on standard output; everything else goes to standard error
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl Common {
+    /// The seed, 0 where none was given.
+    pub fn seed(&self) -> Seed {
+        Seed(self.seed.unwrap_or(0))
+    }
+}
+
+/// Arguments of `demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Shared arguments; here the seed also chooses the building
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// How a video is read.
+#[derive(Debug, Args)]
+pub struct VideoOptionsArgs {
+    /// Frames per second of a folder of images
+    #[arg(long, value_name = "FPS")]
+    pub fps: Option<f64>,
+    /// Camera file, ROS camera_info or Kalibr layout [default: a phone's usual field of view]
+    #[arg(long, value_name = "FILE")]
+    pub camera: Option<PathBuf>,
+    /// Solver of the relative pose between two views
+    #[arg(long, value_enum, default_value_t = SolverName::FivePoint)]
+    pub solver: SolverName,
+}
+
+/// Arguments of `track`.
+#[derive(Debug, Args)]
+pub struct TrackArgs {
+    /// Video file, or folder of images in name order
+    #[arg(value_name = "VIDEO")]
+    pub video: PathBuf,
+    /// How the video is read.
+    #[command(flatten)]
+    pub reading: VideoOptionsArgs,
+    /// Shared arguments.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// A path from elsewhere.
+#[derive(Debug, Args)]
+pub struct PosesArgs {
+    /// Poses instead of a video: TUM, KITTI, EuRoC, CARMEN or CSV
+    #[arg(long, value_name = "FILE")]
+    pub poses: Option<PathBuf>,
+    /// Format of the poses: tum, kitti, euroc, carmen, csv [default: by content]
+    #[arg(long, value_name = "FORMAT", requires = "poses")]
+    pub poses_format: Option<PosesFormat>,
+    /// Frame of the poses: body, or camera (x right, y down, z forward) [default: body; camera for KITTI]
+    #[arg(long, value_name = "FRAME", requires = "poses")]
+    pub poses_frame: Option<PosesFrame>,
+    /// Metres in a unit of the poses: metric, unknown, or a relative standard deviation such as 0.1 [default: unknown]
+    #[arg(long, value_name = "SCALE", value_parser = odometry_scale, requires = "poses")]
+    pub odometry_scale: Option<OdometryScale>,
+}
+
+/// A plan and its scale.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// Floor plan: an image, or a ROS map.yaml
+    #[arg(long, value_name = "PLAN")]
+    pub plan: PathBuf,
+    /// Metres in a pixel of the plan's image
+    #[arg(long, value_name = "M")]
+    pub metres_per_pixel: Option<f64>,
+    /// Two pixels of the plan's image and their distance, e.g. 100,200,400,200=6m
+    #[arg(long, value_name = "U1,V1,U2,V2=LENGTH")]
+    pub measure: Option<Measure>,
+}
+
+/// Arguments of `locate`.
+#[derive(Debug, Args)]
+pub struct LocateArgs {
+    /// Video file, or folder of images in name order
+    #[arg(value_name = "VIDEO", required_unless_present = "poses", conflicts_with = "poses")]
+    pub video: Option<PathBuf>,
+    /// How the video is read.
+    #[command(flatten)]
+    pub reading: VideoOptionsArgs,
+    /// A path from elsewhere.
+    #[command(flatten)]
+    pub poses: PosesArgs,
+    /// Sightings to go with the poses: CSV t_s,bearing_rad,range,sigma
+    #[arg(long, value_name = "FILE", requires = "poses")]
+    pub sightings: Option<PathBuf>,
+    /// The plan.
+    #[command(flatten)]
+    pub plan: PlanArgs,
+    /// Where the walk began, if known: metres on the plan, and the heading in degrees anticlockwise from +x
+    #[arg(long, value_name = "X,Y[,HEADING]", allow_hyphen_values = true)]
+    pub start: Option<Start>,
+    /// How surely the start is known, metres
+    #[arg(long, value_name = "M", default_value_t = 0.5, requires = "start")]
+    pub start_sigma: f64,
+    /// Shared arguments.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Arguments of `place`.
+#[derive(Debug, Args)]
+pub struct PlaceArgs {
+    /// The trajectory.
+    #[command(flatten)]
+    pub poses: PosesArgs,
+    /// The plan.
+    #[command(flatten)]
+    pub plan: PlanArgs,
+    /// Heading of the first pose on the plan, degrees anticlockwise from +x [default: all headings]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub heading: Option<f64>,
+    /// Metres per unit of the poses, from and to [default: as --odometry-scale says]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = scale_range)]
+    pub scale_range: Option<(f64, f64)>,
+    /// Shared arguments.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Solvers by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SolverName {
+    /// Nistér 2004
+    FivePoint,
+    /// Hartley 1997, normalised
+    EightPoint,
+}
+
+impl From<SolverName> for Solver {
+    fn from(name: SolverName) -> Self {
+        match name {
+            SolverName::FivePoint => Solver::FivePoint,
+            SolverName::EightPoint => Solver::EightPoint,
+        }
+    }
+}
+
+/// A start in metres and degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Metres on the plan.
+    pub x: f64,
+    /// Metres on the plan.
+    pub y: f64,
+    /// Degrees anticlockwise from +x.
+    pub heading_deg: Option<f64>,
+}
+
+/// How surely a stated heading is known: a person who says "along the corridor" means some 10°.
+const START_HEADING_SIGMA_DEG: f64 = 10.0;
+
+impl Start {
+    /// As a prior whose place is known within `sigma_m`.
+    pub fn prior(&self, sigma_m: f64) -> StartPrior {
+        let heading_rad = self.heading_deg.map(f64::to_radians);
+        StartPrior { x: self.x, y: self.y, heading_rad, sigma_m, sigma_rad: START_HEADING_SIGMA_DEG.to_radians() }
+    }
+}
+
+impl FromStr for Start {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match numbers(text)?[..] {
+            [x, y] => Ok(Self { x, y, heading_deg: None }),
+            [x, y, heading_deg] => Ok(Self { x, y, heading_deg: Some(heading_deg) }),
+            _ => Err("give x,y in metres on the plan, or x,y,heading with degrees, e.g. 1.5,2,90".to_owned()),
+        }
+    }
+}
+
+fn scale_range(text: &str) -> Result<(f64, f64), String> {
+    match numbers(text)?[..] {
+        [low, high] if low > 0.0 && high >= low => Ok((low, high)),
+        _ => Err("give two positive numbers, the lower first, e.g. 0.8,1.2".to_owned()),
+    }
+}
+
+fn odometry_scale(text: &str) -> Result<OdometryScale, String> {
+    match text {
+        "metric" => Ok(OdometryScale::Metric),
+        "unknown" => Ok(OdometryScale::Unknown),
+        _ => match text.parse::<f64>() {
+            Ok(sigma) if sigma > 0.0 && sigma <= 2.0 => Ok(OdometryScale::Relative(sigma)),
+            _ => Err("give metric, unknown, or a relative standard deviation between 0 and 2, e.g. 0.1".to_owned()),
+        },
+    }
+}
+
+fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|n| n.is_finite()).ok_or_else(|| format!("{part:?} is not a number"));
+    text.split(',').map(number).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn starts_are_metres_and_degrees() {
+        assert_eq!("1.5,-2".parse(), Ok(Start { x: 1.5, y: -2.0, heading_deg: None }));
+        assert_eq!("1.5, -2, 90".parse(), Ok(Start { x: 1.5, y: -2.0, heading_deg: Some(90.0) }));
+        assert!("1.5".parse::<Start>().is_err() && "1,NaN".parse::<Start>().is_err() && "a,b".parse::<Start>().is_err());
+    }
+
+    #[test]
+    fn scales_are_named_or_a_spread() {
+        assert_eq!(odometry_scale("metric"), Ok(OdometryScale::Metric));
+        assert_eq!(odometry_scale("0.1"), Ok(OdometryScale::Relative(0.1)));
+        assert!(odometry_scale("-1").is_err() && odometry_scale("feet").is_err());
+        assert!(scale_range("1.2,0.8").is_err());
+    }
+}
