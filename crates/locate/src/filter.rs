@@ -60,7 +60,8 @@ pub struct LocateOptions {
     pub resample_below: f64,
     /// When a place is believed.
     pub verdict: VerdictOptions,
-    /// Spread new particles over the plan when lost (sensor resetting; Thrun, Burgard & Fox 2005, §8.3.5).
+    /// Spread new particles over the plan when lost (sensor resetting; Thrun, Burgard & Fox 2005, §8.3.5). Not where a start
+    /// was given: whoever says where the walk began is believed before sightings that explain little.
     pub relocalise: bool,
 }
 
@@ -76,7 +77,7 @@ impl LocateOptions {
             sightings: SightingModel::default(),
             ground: GroundCosts::default(),
             leak: 0.025,
-            particles_per_m2: 600.0,
+            particles_per_m2: 3000.0,
             particles_min: 8_000,
             particles_max: 1_000_000,
             particles_per_bin: 20.0,
@@ -315,7 +316,7 @@ impl<'a> Localizer<'a> {
     }
 
     fn resample_or_reset(&mut self, seed: Seed) {
-        let lost = self.status == Status::Lost && self.options.relocalise;
+        let lost = self.status == Status::Lost && self.options.relocalise && self.options.start.is_none();
         if lost && self.since_reset_m > 2.0 * self.options.verdict.memory_m {
             self.resample(seed);
             self.cover_anew(seed);
@@ -358,12 +359,12 @@ impl<'a> Localizer<'a> {
         self.roughened = Some(by);
     }
 
-    /// Half of the mass goes to new particles all over the plan; should one of them explain what is seen, it wins.
+    /// Most of the mass goes to new particles all over the plan: what was believed is known to be wrong.
     fn cover_anew(&mut self, seed: Seed) {
         let area = prior::weighted_area_m2(self.plan);
-        let count = ((0.5 * area * self.options.particles_per_m2) as usize).clamp(1, self.options.particles_max);
+        let count = ((area * self.options.particles_per_m2) as usize).clamp(1, self.options.particles_max.max(1));
         let fresh = prior::particles(&prior::cover(self.plan, count, seed), &self.options.scale, seed);
-        self.cloud.join(&fresh, 0.5);
+        self.cloud.join(&fresh, 0.9);
         self.parents.resize(self.cloud.len(), NO_PARENT);
         self.particles_most = self.particles_most.max(self.cloud.len());
         self.since_reset_m = 0.0;

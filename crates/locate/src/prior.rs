@@ -15,7 +15,7 @@ const WALKING_SPEED_SIGMA: f64 = 0.35;
 /// Calibration error of odometry that is called metric: wheels and visual-inertial systems are within 1–3 %.
 const METRIC_SIGMA: f64 = 0.03;
 /// Weight of ground that is surely outside, against 1 inside. Outlines are open and walks begin in doorways: never zero.
-const OUTSIDE_WEIGHT: f64 = 0.05;
+const OUTSIDE_WEIGHT: f64 = 0.3;
 
 /// What is known of the metres in one unit of odometry: a log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]

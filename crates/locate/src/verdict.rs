@@ -19,7 +19,9 @@ pub struct VerdictOptions {
     pub radius_m: f64,
     /// Largest standard deviation of the heading, radians.
     pub heading_sigma_rad: f64,
-    /// Nats a sighting by which the best mode must beat calling everything furniture.
+    /// Nats a sighting by which the best mode must beat calling everything furniture. On real plans, with half of the
+    /// sightings on furniture, the truth does by 1.1–1.9 (a robot's laser: 2–2.7); on the plan of another floor the best place
+    /// does by −0.2 to 0.4 most of the time, and by 1 in passing.
     pub gain_nats: f64,
     /// Gain under which no place explains what is seen.
     pub lost_nats: f64,
@@ -31,7 +33,15 @@ pub struct VerdictOptions {
 
 impl Default for VerdictOptions {
     fn default() -> Self {
-        Self { mass: 0.9, radius_m: 3.0, heading_sigma_rad: 20f64.to_radians(), gain_nats: 0.3, lost_nats: 0.1, memory_m: 8.0, seen_m: 5.0 }
+        Self {
+            mass: 0.9,
+            radius_m: 3.0,
+            heading_sigma_rad: 20f64.to_radians(),
+            gain_nats: 0.5,
+            lost_nats: 0.3,
+            memory_m: 12.0,
+            seen_m: 5.0,
+        }
     }
 }
 

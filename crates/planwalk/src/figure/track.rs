@@ -30,7 +30,7 @@ pub struct TrackPicture<'a> {
 /// Largest map, pixels.
 const ROOM_PX: (f64, f64) = (1060.0, 820.0);
 const LEFT_PX: f64 = 70.0;
-const TOP_PX: f64 = 128.0;
+const TOP_PX: f64 = 142.0;
 /// Space below the map for metres and scale bar.
 const BOTTOM_PX: f64 = 60.0;
 const LEGEND_PX: f64 = 290.0;

@@ -54,8 +54,8 @@ impl TrajectoryPicture<'_> {
         self.header(&mut svg);
         axes(&mut svg, xs, zs, px_per_unit);
         svg.begin_clip(LEFT_PX - 24.0, TOP_PX - 24.0, width + 48.0, height + 48.0);
-        self.needles(&mut svg, &flat, &place);
         self.curve(&mut svg, &flat, &place);
+        self.needles(&mut svg, &flat, &place);
         self.moments(&mut svg, &flat, &place);
         svg.end_clip();
         legend(&mut svg, TOP_PX + height + 72.0);

@@ -1,0 +1,4 @@
+//! The command as a person runs it.
+
+mod stories;
+mod support;

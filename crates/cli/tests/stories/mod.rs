@@ -1,0 +1,5 @@
+//! One story a claim.
+
+mod bad_input;
+mod real_data;
+mod results;
