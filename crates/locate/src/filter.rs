@@ -21,6 +21,8 @@ use crate::survival::Survival;
 use crate::verdict::{Evidence, VerdictOptions, verdict};
 use crate::walls::{GroundCosts, Walls};
 
+/// Variance of the logarithm of the odometry's unit over which the cloud must spread its scales at once: 5 %.
+const UNIT_CHANGED: f64 = 0.05 * 0.05;
 /// A cloud above this size waits twice as long between updates.
 const LARGE: usize = 200_000;
 
@@ -63,6 +65,9 @@ pub struct LocateOptions {
     /// Spread new particles over the plan when lost (sensor resetting; Thrun, Burgard & Fox 2005, §8.3.5). Not where a start
     /// was given: whoever says where the walk began is believed before sightings that explain little.
     pub relocalise: bool,
+    /// Most independent runs over a whole walk whose start is unknown; two that agree on the best place end the search. A
+    /// filter that loses the right place among a million others loses it for good; another one, with other draws, may not.
+    pub attempts: usize,
 }
 
 impl LocateOptions {
@@ -86,6 +91,7 @@ impl LocateOptions {
             resample_below: 0.5,
             verdict: VerdictOptions::default(),
             relocalise: true,
+            attempts: 4,
         }
     }
 
@@ -168,6 +174,8 @@ pub struct Localizer<'a> {
     pub(crate) particles_most: usize,
     /// Metres walked since the last resampling, over which scale drifted.
     since_resampling_m: f64,
+    /// Variance of the changes of the odometry's unit since then.
+    unit_variance: f64,
     /// Metres walked since the plan was last covered anew.
     since_reset_m: f64,
 }
@@ -220,6 +228,7 @@ impl<'a> Localizer<'a> {
             estimates: Vec::new(),
             updates: 0,
             since_resampling_m: 0.0,
+            unit_variance: 0.0,
             since_reset_m: 0.0,
         })
     }
@@ -310,6 +319,7 @@ impl<'a> Localizer<'a> {
         self.history.push(&self.cloud, parents, motion, self.roughened.take(), rays);
         self.parents = (0..self.cloud.len() as u32).collect();
         self.since_resampling_m += moved_m;
+        self.unit_variance += motion.unit_variance;
         self.since_reset_m += moved_m;
         self.resample_or_reset(seed);
         self.updates += 1;
@@ -320,7 +330,7 @@ impl<'a> Localizer<'a> {
         if lost && self.since_reset_m > 2.0 * self.options.verdict.memory_m {
             self.resample(seed);
             self.cover_anew(seed);
-        } else if self.cloud.effective_share() < self.options.resample_below {
+        } else if self.cloud.effective_share() < self.options.resample_below || self.unit_variance > UNIT_CHANGED {
             self.resample(seed);
         }
     }
@@ -353,6 +363,8 @@ impl<'a> Localizer<'a> {
         self.parents = self.cloud.resample_systematic(count, seed);
         let mut by = roughening(count, self.modes.filled_bins);
         let drift = self.options.scale_drift_per_sqrt_m.max(0.0) * self.since_resampling_m.max(0.0).sqrt();
+        let drift = drift.hypot(self.unit_variance.max(0.0).sqrt());
+        self.unit_variance = 0.0;
         by.log_scale = f64::from(by.log_scale).hypot(drift) as f32;
         self.since_resampling_m = 0.0;
         self.cloud.roughen(&by, &self.options.scale, seed);

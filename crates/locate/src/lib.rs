@@ -7,6 +7,7 @@
 //! ([`planwalk_types::Status`]), not an error. Nothing here touches a file, a clock or entropy; the same seed gives the same
 //! bytes on any number of threads.
 
+mod attempts;
 mod filter;
 mod history;
 mod likelihood;

@@ -328,7 +328,8 @@ mod tests {
 
     #[test]
     fn sightings_wait_in_the_frame_of_the_last_update() {
-        let step = Step { from: Stamp(0), to: Stamp(100), forward: 1.0, left: 0.0, turn_rad: 0.5, covariance: Matrix3::zeros() };
+        let step =
+            Step { from: Stamp(0), to: Stamp(100), forward: 1.0, left: 0.0, turn_rad: 0.5, covariance: Matrix3::zeros(), unit_change: 0.0 };
         let mut pending = Pending::default();
         pending.add(&Sighting { stamp: Stamp(100), bearing_rad: 0.3, range: 2.0, sigma: 0.1 }, &Motion::none(), &step);
         let rays = pending.take(8, &Motion::none().then(&step, 1.0));
@@ -340,7 +341,8 @@ mod tests {
 
     #[test]
     fn broken_sightings_are_left_out_and_many_are_thinned() {
-        let step = Step { from: Stamp(0), to: Stamp(100), forward: 0.0, left: 0.0, turn_rad: 0.0, covariance: Matrix3::zeros() };
+        let step =
+            Step { from: Stamp(0), to: Stamp(100), forward: 0.0, left: 0.0, turn_rad: 0.0, covariance: Matrix3::zeros(), unit_change: 0.0 };
         let mut pending = Pending::default();
         for range in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
             pending.add(&Sighting { stamp: Stamp(50), bearing_rad: 0.0, range, sigma: 0.1 }, &Motion::none(), &step);

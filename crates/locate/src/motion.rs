@@ -21,11 +21,13 @@ pub(crate) struct Motion {
     pub length: f64,
     /// Sum of absolute turns.
     pub turned_rad: f64,
+    /// Variance of the logarithm of the change of unit (see [`Step::unit_change`]).
+    pub unit_variance: f64,
 }
 
 impl Motion {
     pub(crate) fn none() -> Self {
-        Self { forward: 0.0, left: 0.0, turn_rad: 0.0, covariance: Matrix3::zeros(), length: 0.0, turned_rad: 0.0 }
+        Self { forward: 0.0, left: 0.0, turn_rad: 0.0, covariance: Matrix3::zeros(), length: 0.0, turned_rad: 0.0, unit_variance: 0.0 }
     }
 
     /// This motion followed by `share` of a step.
@@ -53,6 +55,7 @@ impl Motion {
             covariance,
             length: self.length + forward.hypot(left),
             turned_rad: self.turned_rad + turn.abs(),
+            unit_variance: self.unit_variance + share * step.unit_change * step.unit_change,
         }
     }
 
@@ -157,7 +160,7 @@ mod tests {
 
     fn step(forward: f64, left: f64, turn_rad: f64) -> Step {
         let covariance = Matrix3::from_diagonal(&Vector3::new(0.01, 0.02, 0.003));
-        Step { from: Stamp(0), to: Stamp(1), forward, left, turn_rad, covariance }
+        Step { from: Stamp(0), to: Stamp(1), forward, left, turn_rad, covariance, unit_change: 0.0 }
     }
 
     #[test]

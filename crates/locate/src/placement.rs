@@ -381,6 +381,7 @@ mod tests {
             left: 0.0,
             turn_rad: *turn_rad,
             covariance: Matrix3::zeros(),
+            unit_change: 0.0,
         };
         Path { steps: legs.iter().enumerate().map(step).collect() }
     }

@@ -189,6 +189,7 @@ mod tests {
             left: 0.0,
             turn_rad: 0.0,
             covariance: Matrix3::zeros(),
+            unit_change: 0.0,
         };
         // Half of the time standing.
         Path { steps: (0..100).map(|i| step(i, if i < 50 { 0.1 * speed } else { 0.0 })).collect() }

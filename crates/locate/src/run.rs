@@ -5,6 +5,7 @@
 use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, ScaleEstimate, Sighting, Status};
 
 use crate::LocateError;
+use crate::attempts::{self, Attempt};
 use crate::filter::{FilterView, Localizer, LocateOptions};
 use crate::likelihood::Explained;
 use crate::smooth::{self, Smoothed};
@@ -38,12 +39,19 @@ pub struct Quality {
     pub particles_max: usize,
     /// Particles at the end.
     pub particles_end: usize,
+    /// Nats by which the track beats calling everything seen furniture, walls crossed taken off, tempered as in the filter.
+    pub score_nats: f64,
+    /// Independent runs over the walk.
+    pub attempts: usize,
+    /// The run whose best place this is, counted from 0.
+    pub attempt: usize,
 }
 
 /// The posterior of a walk.
 #[derive(Debug, Clone)]
 pub struct Localization {
-    /// What was known at each moment: the start, then the end of each step.
+    /// What was known at each moment: the start, then the end of each step. Always of the first run: picking another by what
+    /// came later would not be causal.
     pub filter: Vec<Estimate>,
     /// The whole walk under the best hypothesis, known from its end; the same moments.
     pub track: Vec<Estimate>,
@@ -71,10 +79,10 @@ pub fn localize(
     options: &LocateOptions,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Localization, LocateError> {
-    localize_observed(path, sightings, plan, options, progress, &mut |_| {})
+    localize_observed(path, sightings, plan, options, progress, &mut |_, _| {})
 }
 
-/// As [`localize`]; `observer` sees the cloud after every update.
+/// As [`localize`]; `observer` sees the cloud after every update, and is told which run it belongs to.
 ///
 /// # Errors
 /// As [`localize`].
@@ -84,11 +92,36 @@ pub fn localize_observed(
     plan: &FloorPlan,
     options: &LocateOptions,
     progress: &mut dyn FnMut(f64),
-    observer: &mut dyn FnMut(&FilterView<'_>),
+    observer: &mut dyn FnMut(usize, &FilterView<'_>),
 ) -> Result<Localization, LocateError> {
     check(path)?;
     let mut sightings: Vec<Sighting> = sightings.to_vec();
     sightings.sort_by_key(|s| s.stamp);
+    let most = if options.start.is_some() || sightings.is_empty() { 1 } else { options.attempts.max(1) };
+    let mut runs: Vec<Attempt> = Vec::new();
+    while runs.len() < most && !attempts::settled(&runs, &options.verdict) {
+        let index = runs.len();
+        let seed = if index == 0 { options.seed } else { options.seed.child("attempt", index as u64) };
+        let options = LocateOptions { seed, ..options.clone() };
+        // Two runs are usual; further ones squeeze into what is left of the bar.
+        let (from, to) = (1.0 - 0.5f64.powi(index as i32), if most == 1 { 1.0 } else { 1.0 - 0.5f64.powi(index as i32 + 1) });
+        let mut share = |done: f64| progress(from + (to - from) * done);
+        let found = run(path, &sightings, plan, &options, &mut share, &mut |view| observer(index, view))?;
+        runs.push(Attempt { index, found });
+    }
+    progress(1.0);
+    attempts::merge(runs, &options.verdict).ok_or(LocateError::EmptyPath { steps: 0 })
+}
+
+/// One filter over the whole walk; sightings in time order.
+fn run(
+    path: &Path,
+    sightings: &[Sighting],
+    plan: &FloorPlan,
+    options: &LocateOptions,
+    progress: &mut dyn FnMut(f64),
+    observer: &mut dyn FnMut(&FilterView<'_>),
+) -> Result<Localization, LocateError> {
     let mut localizer = Localizer::new(plan, options)?;
     let before = path.steps.first().map_or(0, |step| sightings.partition_point(|s| s.stamp < step.from));
     let mut seen = &sightings[before..];
@@ -102,9 +135,7 @@ pub fn localize_observed(
         }
         progress(0.95 * (index + 1) as f64 / path.steps.len() as f64);
     }
-    let localization = localizer.finish()?;
-    progress(1.0);
-    Ok(localization)
+    localizer.finish()
 }
 
 fn check(path: &Path) -> Result<(), LocateError> {
@@ -184,12 +215,14 @@ impl Localizer<'_> {
 
     fn quality(&self, walk: &[Smoothed], moments: &[Smoothed]) -> Quality {
         let mut sum = Explained::default();
-        let mut seen = 0;
+        let (mut seen, mut nats) = (0, 0.0);
         for (generation, smoothed) in self.history.generations.iter().zip(walk) {
             let rays = generation.rays.len();
             let view = self.scorer.on(&self.walls, &generation.rays);
             let [x, y, heading] = [smoothed.mean.x, smoothed.mean.y, smoothed.mean.z].map(|v| v as f32);
             let explained = view.explain(x, y, heading, smoothed.log_scale as f32);
+            // Runs differ in how many rays they could afford; the score takes as many for each.
+            nats += if rays > 0 { explained.gain_nats * self.options.sightings.rays as f64 } else { 0.0 };
             sum.on_wall += explained.on_wall * rays as f64;
             sum.through += explained.through * rays as f64;
             seen += rays;
@@ -199,12 +232,17 @@ impl Localizer<'_> {
             self.walls.crossings(x0, y0, x1, y1) as usize
         };
         let share = |of: f64| if seen > 0 { of / seen as f64 } else { 0.0 };
+        let wall_crossings: usize = moments.windows(2).map(entries).sum();
+        let crossed_nats = wall_crossings as f64 * libm::log(self.options.leak.clamp(1e-9, 1.0));
         Quality {
             seen_explained: share(sum.on_wall),
             seen_through_walls: share(sum.through),
             seen,
             gain_nats: self.evidence.gain_nats,
-            wall_crossings: moments.windows(2).map(entries).sum(),
+            wall_crossings,
+            score_nats: self.options.sightings.temper * nats + crossed_nats,
+            attempts: 1,
+            attempt: 0,
             steps: self.moments.len().saturating_sub(1),
             updates: self.history.generations.len().saturating_sub(1),
             particles_max: self.particles_most,

@@ -125,6 +125,12 @@ const TURN_WALK_RAD: f64 = 0.012;
 /// Heading noise of a turn, as a share of it: an error of the focal length scales every turn.
 const TURN_SHARE: f64 = 0.03;
 
+/// Map points under which a pose holds, but its unit of length may slip.
+const SURE_INLIERS: usize = 30;
+/// How fast the unit of length is lost while nothing with a known distance is seen: logarithm per √s. In half a second in
+/// front of a blank wall a walk may halve its speed, and the map that is built afterwards believes the old one.
+const UNIT_RATE: f64 = 0.6;
+
 /// Levelled poses as steps on the floor, with covariance; in frames that saw little, the covariance says so.
 pub fn path(poses: &[CameraPose]) -> Path {
     let mut last_heading = poses.iter().find_map(heading).unwrap_or(0.0);
@@ -147,15 +153,16 @@ fn step(from: &CameraPose, to: &CameraPose, heading_rad: f64, next_rad: f64) -> 
     let length = forward.hypot(left);
     let seconds = to.stamp.secs_since(from.stamp);
     // What is missing where only a rotation, or nothing, was seen: the speed, and then the turn.
-    let (speed_share, turn_rate) = match to.state {
-        TrackingState::Mapped => (0.0, 0.0),
-        TrackingState::RotationOnly => (0.3, 0.0),
-        TrackingState::Propagated => (0.6, 0.35),
+    let (speed_share, turn_rate, unit_rate) = match to.state {
+        TrackingState::Mapped if to.inliers >= SURE_INLIERS => (0.0, 0.0, 0.0),
+        TrackingState::Mapped => (0.1, 0.0, UNIT_RATE / 2.0),
+        TrackingState::RotationOnly => (0.3, 0.0, UNIT_RATE),
+        TrackingState::Propagated => (0.6, 0.35, UNIT_RATE),
     };
     let along = LENGTH_WALK.powi(2) * length + (speed_share * length).powi(2);
     let turn = TURN_WALK_RAD.powi(2) * length + (TURN_SHARE * turn_rad).powi(2) + turn_rate * turn_rate * seconds * seconds.min(1.0);
     let covariance = Matrix3::from_diagonal(&Vector3::new(along, 0.5 * along, turn));
-    Step { from: from.stamp, to: to.stamp, forward, left, turn_rad, covariance }
+    Step { from: from.stamp, to: to.stamp, forward, left, turn_rad, covariance, unit_change: unit_rate * seconds.sqrt() }
 }
 
 /// Points between floor and ceiling as bearings and ranges on the floor.

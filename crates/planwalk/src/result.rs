@@ -95,6 +95,10 @@ pub struct QualityEntry {
     pub particles_max: usize,
     /// Particles at the end.
     pub particles_end: usize,
+    /// Nats by which the track beats calling everything seen furniture.
+    pub score_nats: f64,
+    /// Independent runs over the walk.
+    pub attempts: usize,
 }
 
 /// The video's odometry in figures.
@@ -244,6 +248,8 @@ impl From<&Quality> for QualityEntry {
             steps: q.steps,
             particles_max: q.particles_max,
             particles_end: q.particles_end,
+            score_nats: q.score_nats,
+            attempts: q.attempts,
         }
     }
 }

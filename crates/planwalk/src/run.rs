@@ -95,8 +95,10 @@ pub fn localize(walk: &Walk, plan: &FloorPlan, options: &LocalizeOptions, progre
     let mut locate = LocateOptions::new(options.seed, ScalePrior::of(walk.scale, &walk.path));
     locate.start = options.start;
     let moments = cloud_moments(&walk.path);
-    let mut clouds: Vec<ParticleCloud> = Vec::new();
-    let localization = localize_observed(&walk.path, &walk.sightings, plan, &locate, progress, &mut |view| {
+    let mut of_runs: Vec<Vec<ParticleCloud>> = Vec::new();
+    let localization = localize_observed(&walk.path, &walk.sightings, plan, &locate, progress, &mut |run, view| {
+        of_runs.resize_with(of_runs.len().max(run + 1), Vec::new);
+        let clouds = &mut of_runs[run];
         // The last view is kept up to date, because nobody knows which update is the last.
         let due = moments.get(clouds.len()).is_some_and(|m| view.stamp >= *m);
         if !due && clouds.len() < moments.len() {
@@ -110,6 +112,7 @@ pub fn localize(walk: &Walk, plan: &FloorPlan, options: &LocalizeOptions, progre
         let place = |i: usize| Pt2::new(view.origin.x + f64::from(view.x[i]), view.origin.y + f64::from(view.y[i]));
         clouds.push(ParticleCloud { stamp: view.stamp, count: view.x.len(), places: places.map(place).collect() });
     })?;
+    let clouds = of_runs.into_iter().nth(localization.quality.attempt).unwrap_or_default();
     Ok(Run { localization, clouds })
 }
 

@@ -144,7 +144,7 @@ fn step(pair: &[(Stamp, PlanPose)], noise: &OdometryNoise, units_per_metre: f64,
         + noise.heading_walk_rad_per_sqrt_m * length_m.sqrt() * normal(&mut streams.heading)
         + noise.heading_drift_rad_per_m * length_m;
     let covariance = noise.covariance(length_m * units_per_metre, length_m, turn_rad);
-    Step { from: pair[0].0, to: pair[1].0, forward, left, turn_rad, covariance }
+    Step { from: pair[0].0, to: pair[1].0, forward, left, turn_rad, covariance, unit_change: 0.0 }
 }
 
 /// Adds what is seen from a pose, if this is a moment to look.

@@ -34,6 +34,9 @@ pub struct Step {
     pub turn_rad: f64,
     /// Covariance of (forward, left, turn): unit², unit·rad, rad².
     pub covariance: Matrix3<f64>,
+    /// How much the unit of length itself may have changed during the step, for good: standard deviation of its logarithm.
+    /// Zero for wheels; a single camera loses its unit while it sees nothing whose distance it knows.
+    pub unit_change: f64,
 }
 
 impl Step {
@@ -192,7 +195,7 @@ impl StepNoise {
         let length = forward.hypot(left);
         let along = (self.length_relative * length).powi(2);
         let turn = self.turn_per_sqrt_unit_rad.powi(2) * length + (self.turn_relative * turn_rad).powi(2);
-        Step { from, to, forward, left, turn_rad, covariance: Matrix3::from_diagonal(&Vector3::new(along, along, turn)) }
+        Step { from, to, forward, left, turn_rad, covariance: Matrix3::from_diagonal(&Vector3::new(along, along, turn)), unit_change: 0.0 }
     }
 }
 

@@ -57,7 +57,7 @@ impl ParticlePicture<'_> {
             right = right.max(left + size.0);
             bottom = top + size.1;
         }
-        let mut svg = Svg::new(right + LEFT_PX, bottom + 70.0, self.title);
+        let mut svg = Svg::new("particles", right + LEFT_PX, bottom + 70.0, self.title);
         svg.bold(&super::track::shortened(self.title, 80), (LEFT_PX, 36.0), 13.0, Anchor::Left, colour::INK);
         let line = "Each red dot is a guess of where the walker is at that moment; the blue curve is the walk up to then.";
         svg.text(line, (LEFT_PX, 62.0), 9.0, Anchor::Left, colour::FAINT_INK);
@@ -76,10 +76,7 @@ impl ParticlePicture<'_> {
         svg.text(&caption, (view.left_px, view.top_px - 10.0), 10.0, Anchor::Left, colour::INK);
         view.draw_plan(svg, self.plan);
         view.clip(svg);
-        for place in &cloud.places {
-            let (u, v) = view.px(*place);
-            svg.rect(u - 1.1, v - 1.1, 2.2, 2.2, colour::RED, 0.55);
-        }
+        svg.dots(cloud.places.iter().map(|place| view.px(*place)), 2.2, colour::RED, 0.6);
         let so_far = self.track.iter().copied().take_while(|(stamp, _)| *stamp <= cloud.stamp);
         marks::plain_walk(svg, view, so_far.clone(), Pen::new("#ffffff", 4.6).faint(0.8));
         marks::plain_walk(svg, view, so_far, Pen::new(colour::PATH, 2.4));

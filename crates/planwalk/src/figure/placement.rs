@@ -35,7 +35,7 @@ impl PlacementPicture<'_> {
         let bounds = Bounds::of_walls(self.plan).and(Bounds::of(path.into_iter())).grown(0.8);
         let view = MapView::fit(bounds, LEFT_PX, TOP_PX, ROOM_PX);
         let (width, height) = view.size_px();
-        let mut svg = Svg::new(LEFT_PX + width.max(640.0) + 30.0, TOP_PX + height + 92.0, self.title);
+        let mut svg = Svg::new("placement", LEFT_PX + width.max(640.0) + 30.0, TOP_PX + height + 92.0, self.title);
         let left = LEFT_PX - 40.0;
         svg.bold(&super::track::shortened(self.title, 80), (left, 36.0), 13.0, Anchor::Left, colour::INK);
         let found = if self.best.is_empty() {

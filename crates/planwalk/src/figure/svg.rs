@@ -59,6 +59,7 @@ impl<'a> Pen<'a> {
 /// A drawing in the making. Pixels, x right, y down.
 #[derive(Debug)]
 pub(super) struct Svg {
+    name: &'static str,
     width_px: f64,
     height_px: f64,
     title: String,
@@ -67,9 +68,9 @@ pub(super) struct Svg {
 }
 
 impl Svg {
-    /// An empty white sheet.
-    pub(super) fn new(width_px: f64, height_px: f64, title: &str) -> Self {
-        let mut svg = Self { width_px, height_px, title: escape(title), body: String::new(), clips: 0 };
+    /// An empty white sheet. `name` goes into ids, so that drawings can stand on one page.
+    pub(super) fn new(name: &'static str, width_px: f64, height_px: f64, title: &str) -> Self {
+        let mut svg = Self { name, width_px, height_px, title: escape(title), body: String::new(), clips: 0 };
         svg.rect(0.0, 0.0, width_px, height_px, "#ffffff", 1.0);
         svg
     }
@@ -119,6 +120,16 @@ impl Svg {
         }
     }
 
+    /// Small squares around points, all in one shape: thousands of them stay a small file.
+    pub(super) fn dots(&mut self, centres: impl Iterator<Item = (f64, f64)>, side: f64, fill: &str, opacity: f64) {
+        let mut data = String::new();
+        let width = number(side);
+        for (x, y) in centres.filter(|c| c.0.is_finite() && c.1.is_finite()) {
+            let _ = write!(data, "M{:.1} {:.1}h{width}v{width}h-{width}z", x - 0.5 * side, y - 0.5 * side);
+        }
+        self.filled(&data, "translate(0 0)", fill, opacity);
+    }
+
     /// One line of text, its baseline at `y`; capitals are `size_px` high. Readers that cannot see hear the same words.
     pub(super) fn text(&mut self, text: &str, at: (f64, f64), size_px: f64, anchor: Anchor, colour: &str) {
         self.text_with_weight(text, at, size_px, anchor, colour, 0.125);
@@ -149,9 +160,10 @@ impl Svg {
     /// What follows, up to [`Svg::end_clip`], shows inside this rectangle only.
     pub(super) fn begin_clip(&mut self, x: f64, y: f64, width: f64, height: f64) {
         self.clips += 1;
-        let (id, x, y, w, h) = (self.clips, number(x), number(y), number(width), number(height));
-        let _ = writeln!(self.body, r#"<clipPath id="clip{id}"><rect x="{x}" y="{y}" width="{w}" height="{h}"/></clipPath>"#);
-        let _ = writeln!(self.body, r#"<g clip-path="url(#clip{id})">"#);
+        let id = format!("{}-clip{}", self.name, self.clips);
+        let (x, y, w, h) = (number(x), number(y), number(width), number(height));
+        let _ = writeln!(self.body, r#"<clipPath id="{id}"><rect x="{x}" y="{y}" width="{w}" height="{h}"/></clipPath>"#);
+        let _ = writeln!(self.body, r#"<g clip-path="url(#{id})">"#);
     }
 
     /// Ends the clip.
@@ -234,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_drawing_reads_like_this() {
-        let mut svg = Svg::new(40.0, 20.0, "a & b");
+        let mut svg = Svg::new("test", 40.0, 20.0, "a & b");
         svg.line((0.0, 0.0), (10.5, 5.0), Pen::new("#123456", 1.5).dashed("4 2").faint(0.5));
         svg.circle((5.0, 5.0), 2.0, "#ff0000", Pen::new("#ffffff", 1.0));
         svg.text("1", (3.0, 18.0), 14.0, Anchor::Left, "#000000");

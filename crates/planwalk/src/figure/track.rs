@@ -48,7 +48,7 @@ impl TrackPicture<'_> {
         let inset = (shown != whole).then(|| MapView::fit(whole, legend_left, 0.0, (LEGEND_PX - 40.0, 240.0)));
         let legend_height = self.legend_height() + inset.map_or(0.0, |i| i.size_px().1 + 50.0);
         let height = TOP_PX + (map_height + BOTTOM_PX).max(legend_height);
-        let mut svg = Svg::new(legend_left + LEGEND_PX, height, self.title);
+        let mut svg = Svg::new("track", legend_left + LEGEND_PX, height, self.title);
         self.header(&mut svg, legend_left + LEGEND_PX - 24.0);
         view.draw_plan(&mut svg, self.plan);
         view.clip(&mut svg);

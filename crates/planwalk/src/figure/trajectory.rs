@@ -50,7 +50,7 @@ impl TrajectoryPicture<'_> {
         let px_per_unit = ROOM_PX / (xs.1 - xs.0).max(zs.1 - zs.0);
         let (width, height) = ((xs.1 - xs.0) * px_per_unit, (zs.1 - zs.0) * px_per_unit);
         let place = |x: f64, z: f64| (LEFT_PX + (x - xs.0) * px_per_unit, TOP_PX + (zs.1 - z) * px_per_unit);
-        let mut svg = Svg::new(LEFT_PX + width.max(420.0) + 40.0, TOP_PX + height + 96.0, self.title);
+        let mut svg = Svg::new("trajectory", LEFT_PX + width.max(420.0) + 40.0, TOP_PX + height + 96.0, self.title);
         self.header(&mut svg);
         axes(&mut svg, xs, zs, px_per_unit);
         svg.begin_clip(LEFT_PX - 24.0, TOP_PX - 24.0, width + 48.0, height + 48.0);
