@@ -291,9 +291,9 @@ mod tests {
     fn the_radius_holds_95_percent_of_a_normal_heap() {
         let cloud = heaps(&[(5.0, 5.0, 1.0, 20_000)]);
         let mode = &Bins::new((10.0, 10.0)).modes(&cloud).modes[0];
-        // √(χ²₂(0.95)) = 2.448; 3 % for the draws' light tails, for light bins and for sampling.
-        assert!((mode.radius95_m / (0.3 * 2.448) - 1.0).abs() < 0.03, "{}", mode.radius95_m);
-        assert!((mode.covariance[(0, 0)].sqrt() / 0.3 - 1.0).abs() < 0.03, "{}", mode.covariance);
+        // √(χ²₂(0.95)) = 2.448; the tails in light bins are left out, which takes 5 %, and sampling gives 1 %.
+        assert!((mode.radius95_m / (0.3 * 2.448) - 1.0).abs() < 0.06, "{}", mode.radius95_m);
+        assert!((mode.covariance[(0, 0)].sqrt() / 0.3 - 1.0).abs() < 0.06, "{}", mode.covariance);
     }
 
     #[test]

@@ -214,7 +214,10 @@ mod tests {
         let (left, right) = (share(2.5, 6.0), share(6.0, 9.5));
         assert!((left / right - 1.0).abs() < 0.06, "{left} against {right}");
         let outside = poses.iter().filter(|p| p.x < 2.0 || p.x > 10.1 || p.y < 2.0 || p.y > 6.1).count();
-        assert!(outside > 0 && outside < 3000, "{outside} of 20000 outside");
+        // The room has 32 m², the ground around it 64 m².
+        let expected = 20_000.0 * 64.0 * OUTSIDE_WEIGHT / (32.0 + 64.0 * OUTSIDE_WEIGHT);
+        // Walls take up to 2 % of the ground.
+        assert!((outside as f64 / expected - 1.0).abs() < 0.05, "{outside} outside, {expected} expected");
         let east = poses.iter().filter(|p| p.heading.abs() < 0.5).count() as f64 / 20_000.0;
         assert!((east - 1.0 / std::f64::consts::TAU).abs() < 0.01, "a share of {east} looks east");
     }

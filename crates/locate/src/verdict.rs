@@ -107,7 +107,7 @@ mod tests {
             evidence.add(0.0, 1.0, &options);
         }
         assert!(evidence.is_lost(&options));
-        for _ in 0..20 {
+        for _ in 0..40 {
             evidence.add(1.0, 1.0, &options);
         }
         assert!(!evidence.is_lost(&options) && evidence.gain_nats > 0.9, "{evidence:?}");

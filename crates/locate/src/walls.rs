@@ -316,7 +316,7 @@ mod tests {
         let (_, walls) = room();
         assert_eq!(walls.crossings(2.5, 1.5, 2.5, 1.7), 0, "within the room");
         assert_eq!(walls.crossings(2.5, 1.5, 2.5, 0.5), 1, "out of it");
-        assert_eq!(walls.crossings(0.5, 1.5, 5.5, 1.5), 3, "past both sides and the diagonal");
+        assert_eq!(walls.crossings(0.5, 2.5, 5.5, 2.5), 3, "past both sides and the diagonal");
         assert_eq!(walls.crossings(f32::NAN, 1.5, 5.5, 1.5), 0, "what is no way crosses nothing");
     }
 

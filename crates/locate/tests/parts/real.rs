@@ -79,7 +79,8 @@ const PRIOR: ScalePrior = ScalePrior { metres_per_unit: 1.0, relative_sigma: 0.3
 #[test]
 fn thirty_metres_on_a_real_floor_find_the_place() {
     let Some(real) = floor_2(22.0) else { return };
-    let found = localize(&real.path, &real.sightings, &real.plan, &LocateOptions::new(Seed(1), PRIOR), &mut |_| {}).unwrap();
+    let options = LocateOptions { particles_max: 300_000, ..LocateOptions::new(Seed(1), PRIOR) };
+    let found = localize(&real.path, &real.sightings, &real.plan, &options, &mut |_| {}).unwrap();
     let end = &found.filter[found.filter.len() - 1];
     let off = (end.pose.x - real.end.0).hypot(end.pose.y - real.end.1);
     assert_eq!(found.status, Status::Tracking, "{:?}", found.quality);
@@ -89,7 +90,7 @@ fn thirty_metres_on_a_real_floor_find_the_place() {
 #[test]
 fn without_sightings_scale_does_not_sink_and_no_place_is_believed() {
     let Some(real) = floor_2(60.0) else { return };
-    let options = LocateOptions { particles_max: 60_000, ..LocateOptions::new(Seed(1), PRIOR) };
+    let options = LocateOptions { particles_max: 50_000, ..LocateOptions::new(Seed(1), PRIOR) };
     let found = localize(&real.path, &[], &real.plan, &options, &mut |_| {}).unwrap();
     // With walls that simply kill, it sank to 0.6 here: a sigma and a half of the prior.
     assert!(found.scale.metres_per_unit > 0.85, "{:?}", found.scale);
