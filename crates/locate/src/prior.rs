@@ -14,8 +14,11 @@ const WALKING_SPEED_M_S: f64 = 1.1;
 const WALKING_SPEED_SIGMA: f64 = 0.35;
 /// Calibration error of odometry that is called metric: wheels and visual-inertial systems are within 1–3 %.
 const METRIC_SIGMA: f64 = 0.03;
-/// Weight of ground that is surely outside, against 1 inside. Outlines are open and walks begin in doorways: never zero.
+/// Weight of ground that is surely outside, against 1 inside. Outlines are open and walks begin where the plan ends: a scanned
+/// corridor's did 1.7 m before its first wall. At 0.05 two runs of six missed that start; at 0.3 none did.
 const OUTSIDE_WEIGHT: f64 = 0.3;
+/// Weight of ground that the plan says it does not know.
+const UNKNOWN_WEIGHT: f64 = 0.05;
 
 /// What is known of the metres in one unit of odometry: a log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +98,7 @@ pub(crate) struct LocalPose {
 fn weight(cell: Cell, inside: f32) -> f64 {
     match cell {
         Cell::Wall => 0.0,
-        Cell::Unknown => OUTSIDE_WEIGHT,
+        Cell::Unknown => UNKNOWN_WEIGHT,
         Cell::Free => OUTSIDE_WEIGHT + (1.0 - OUTSIDE_WEIGHT) * f64::from(inside),
     }
 }

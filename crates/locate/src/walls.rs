@@ -15,9 +15,10 @@ const FAR_CELLS: u8 = 127;
 /// What a metre costs (nats) away from what is surely the building's floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundCosts {
-    /// On ground that is surely outside, or that the plan does not know. Little: outlines are open, and walks begin where
-    /// the plan ends.
+    /// On ground that is surely outside. Little: outlines are open, and walks begin where the plan ends.
     pub outside_nats_per_m: f64,
+    /// On ground that the plan says it does not know: a robot looked around, and this was never floor.
+    pub unknown_nats_per_m: f64,
     /// Within a wall: as an axis along which to walk, a wall is no place.
     pub in_wall_nats_per_m: f64,
     /// Beyond the grid, within [`GroundCosts::margin_m`].
@@ -27,9 +28,9 @@ pub struct GroundCosts {
 }
 
 impl Default for GroundCosts {
-    /// 20 m outside cost a factor of e; a wall's thickness costs a few per cent on top of the crossing.
+    /// 20 m outside cost a factor of e, 3 m on unknown ground too; a wall's thickness costs a few per cent on top of the crossing.
     fn default() -> Self {
-        Self { outside_nats_per_m: 0.05, in_wall_nats_per_m: 1.0, beyond_nats_per_m: 0.3, margin_m: 5.0 }
+        Self { outside_nats_per_m: 0.05, unknown_nats_per_m: 0.3, in_wall_nats_per_m: 1.0, beyond_nats_per_m: 0.3, margin_m: 5.0 }
     }
 }
 
@@ -42,22 +43,27 @@ pub struct Walls {
     height: i32,
     /// Half cells between this cell's centre and the nearest wall cell's; 0 in a wall.
     half_cells: Vec<u8>,
-    /// 255ths of "outside".
-    outside: Vec<u8>,
+    /// Nats that a metre costs in each cell.
+    nats_per_m: Vec<f32>,
     costs: GroundCosts,
 }
 
 impl Walls {
     /// The walls of this plan. Takes a few passes over the grid.
     pub fn new(plan: &FloorPlan, costs: GroundCosts) -> Self {
-        let outside = plan.inside().iter().map(|inside| (255.0 * (1.0 - inside)) as u8).collect();
+        let cost = |(cell, inside): (&Cell, &f32)| match cell {
+            Cell::Wall => costs.in_wall_nats_per_m as f32,
+            Cell::Unknown => costs.unknown_nats_per_m as f32,
+            Cell::Free => costs.outside_nats_per_m as f32 * (1.0 - inside),
+        };
+        let nats_per_m = plan.cells().iter().zip(plan.inside()).map(cost).collect();
         Self {
             cell_m: plan.cell_m() as f32,
             per_m: (1.0 / plan.cell_m()) as f32,
             width: plan.width() as i32,
             height: plan.height() as i32,
             half_cells: distance_field(plan),
-            outside,
+            nats_per_m,
             costs,
         }
     }
@@ -181,11 +187,7 @@ impl Walls {
     #[inline]
     pub fn ground_cost(&self, x: f32, y: f32, length_m: f32) -> f32 {
         let per_m = if let Some(index) = self.index(x, y) {
-            if self.half_cells[index] == 0 {
-                self.costs.in_wall_nats_per_m as f32
-            } else {
-                self.costs.outside_nats_per_m as f32 * f32::from(self.outside[index]) / 255.0
-            }
+            self.nats_per_m[index]
         } else {
             let (size_x, size_y) = (self.width as f32 * self.cell_m, self.height as f32 * self.cell_m);
             let off = (-x).max(x - size_x).max(-y).max(y - size_y);
