@@ -1,6 +1,6 @@
 //! How does a step of odometry move a particle, in the particle's own scale?
 //!
-//! Step<Odom> ──compose──▶ Motion (since the last update) ──▶ MoveSampler ──▶ (forward, left, turn) a particle
+//! `Step` ──compose──▶ Motion (since the last update) ──▶ MoveSampler ──▶ (forward, left, turn) a particle
 //!
 //! Lengths are in the odometry's unit until the particle's scale makes them metres. Covariances compose to first order
 //! (Smith & Cheeseman 1986), so that the filter's cost does not grow with the frame rate.

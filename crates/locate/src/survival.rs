@@ -66,7 +66,7 @@ impl Survival {
         let share = (libm::log(filled_bins.max(1.0) / GATHERED) / libm::log(SPREAD / GATHERED)).clamp(0.0, 1.0);
         let total: f64 = self.before.iter().sum();
         let mut back = [0.0; BINS];
-        for bin in 0..BINS {
+        for (bin, slot) in back.iter_mut().enumerate() {
             // The few of a rare scale are no statistics: they are judged with their neighbours.
             let (mut before, mut after) = (self.before[bin], self.after[bin]);
             for reach in 1..BINS {
@@ -78,7 +78,7 @@ impl Survival {
                 after = near.map(|i| self.after[i]).sum();
             }
             if before > 0.0 {
-                back[bin] = -(share * libm::log((after / before).clamp(FLOOR, 1.0))) as f32;
+                *slot = -(share * libm::log((after / before).clamp(FLOOR, 1.0))) as f32;
             }
         }
         back

@@ -9,7 +9,7 @@ pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
-/// E = [t]× R of a relative pose (Hartley & Zisserman 2003, eq. 9.12).
+/// E = \[t\]× R of a relative pose (Hartley & Zisserman 2003, eq. 9.12).
 pub fn essential_of(pose: &RelativePose) -> Matrix3<f64> {
     skew(&pose.direction) * pose.rotation.to_rotation_matrix().into_inner()
 }

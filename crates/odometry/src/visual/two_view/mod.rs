@@ -2,7 +2,7 @@
 //!
 //! pairs of rays ─▶ rotation only? ─▶ [`five_point`] or [`eight_point`] in RANSAC ─▶ refined rotation and direction
 //!
-//! Convention: `b_from_a`: a point X in camera A is R·X + t in camera B, |t| = 1; E = [t]× R; b·E·a = 0.
+//! Convention: `b_from_a`: a point X in camera A is R·X + t in camera B, |t| = 1; E = \[t\]× R; b·E·a = 0.
 //! Pitfall: at low parallax any direction fits and a cheirality vote chooses at random: then [`TwoViewError::LowParallax`].
 
 pub mod eight_point;
