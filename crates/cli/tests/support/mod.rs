@@ -73,6 +73,7 @@ pub fn simulated(folder: &Path, seed: u64) -> Simulated {
 }
 
 /// A file or folder of the real data; `None`, said aloud, where there is none and none is required.
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 pub fn data(name: &str) -> Option<PathBuf> {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
     let path = std::env::var_os("PLANWALK_DATA").map_or_else(|| PathBuf::from(beside), PathBuf::from).join(name);

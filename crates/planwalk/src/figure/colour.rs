@@ -43,8 +43,9 @@ const TIME: [(f64, f64, f64); 6] =
 
 /// The colour of a moment, `share` of the way from the first to the last.
 pub(super) fn of_time(share: f64) -> String {
-    // `max` also takes what is not a number to 0.
-    let at = share.max(0.0).min(1.0) * (TIME.len() - 1) as f64;
+    // What is not a number counts as the first moment.
+    let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+    let at = share * (TIME.len() - 1) as f64;
     let low = (at as usize).min(TIME.len() - 2);
     let (a, b, t) = (TIME[low], TIME[low + 1], at - low as f64);
     let mix = |a: f64, b: f64| (a + t * (b - a)).round() as u8;
