@@ -27,7 +27,15 @@ pub fn entry(role: &str, path: &Path) -> Result<InputEntry, Failure> {
 }
 
 /// A video and its camera.
-pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<(Box<dyn VideoSource>, Camera)>, Failure> {
+pub struct Video {
+    /// The frames.
+    pub source: Box<dyn VideoSource>,
+    /// What took them.
+    pub camera: Camera,
+}
+
+/// Opens a video, and the camera file that goes with it or a phone's usual camera.
+pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<Video>, Failure> {
     let source =
         planwalk_io::video::open(path, &VideoOptions { fps: options.fps }).map_err(|why| Failure::input("the video", why, path))?;
     let (width, height) = source.size();
@@ -49,7 +57,7 @@ pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<(Box<dyn Vi
             "no camera file: a phone's usual focal length is assumed, {focal:.0} px ± {percent:.0} %; --camera makes turns exact"
         ));
     }
-    Ok(Read { value: (source, camera), notes })
+    Ok(Read { value: Video { source, camera }, notes })
 }
 
 /// A path from a poses file, and what is known of its unit.

@@ -36,7 +36,7 @@ fn from_video(task: &mut Task, args: &LocateArgs, path: &std::path::Path) -> Res
     if let Some(file) = &args.reading.camera {
         task.result.inputs.push(inputs::entry("camera", file)?);
     }
-    let (source, camera) = video.value;
+    let inputs::Video { source, camera } = video.value;
     let (count, name) = (source.frame_count(), name_of(path));
     let clip = Clip { frames: source, count, camera: &camera, solver: args.reading.solver, name: &name };
     Ok(Walk::from(&follow(task, clip)?))

@@ -11,7 +11,7 @@ pub fn run(args: &TrackArgs) -> Result<(), Failure> {
     let mut task = Task::begin("track", &args.common)?;
     let video = inputs::video(&args.video, &args.reading)?;
     task.note(video.notes);
-    let (source, camera) = video.value;
+    let inputs::Video { source, camera } = video.value;
     let (count, name) = (source.frame_count(), name_of(&args.video));
     let clip = Clip { frames: source, count, camera: &camera, solver: args.reading.solver, name: &name };
     follow(&mut task, clip)?;
