@@ -274,11 +274,11 @@ mod tests {
 
     #[test]
     fn two_places_are_two_modes_with_their_masses() {
-        let cloud = heaps(&[(5.0, 5.0, 3.14, 3000), (25.0, 5.0, 0.0, 1000)]);
+        let cloud = heaps(&[(5.0, 5.0, 3.1, 3000), (25.0, 5.0, 0.0, 1000)]);
         let modes = Bins::new((30.0, 10.0)).modes(&cloud).modes;
         assert_eq!(modes.len(), 2);
         assert!((modes[0].mass - 0.75).abs() < 0.02 && (modes[1].mass - 0.25).abs() < 0.02, "{modes:?}");
-        assert!((modes[0].mean.x - 5.0).abs() < 0.03 && wrap_angle(modes[0].mean.z - 3.14).abs() < 0.01, "{:?}", modes[0].mean);
+        assert!((modes[0].mean.x - 5.0).abs() < 0.03 && wrap_angle(modes[0].mean.z - 3.1).abs() < 0.01, "{:?}", modes[0].mean);
     }
 
     #[test]
