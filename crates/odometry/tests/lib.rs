@@ -1,0 +1,105 @@
+//! A simulated walk with known truth, one claim each.
+
+use nalgebra::{Isometry3, Matrix2, Vector2};
+use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, Solver, VisualOdometry};
+use planwalk_sim::Scene;
+use planwalk_types::{Camera, GrayImage, Seed, Stamp, TrackingState, VideoFrame};
+
+/// The demo building of seed 9: a room, a door, a turn. 110 frames are 7 s.
+const SEED: u64 = 9;
+const FRAMES: usize = 110;
+
+fn follow(camera: &Camera, frames: impl Iterator<Item = VideoFrame>, solver: Solver) -> Result<Odometry, OdometryError> {
+    let mut odometry = VisualOdometry::new(camera.clone(), OdometryOptions { solver, ..OdometryOptions::default() });
+    for frame in frames {
+        odometry.push(&frame)?;
+    }
+    odometry.finish()
+}
+
+/// Root mean square distance on the floor after the best similarity (Umeyama 1991), and the length of the true path.
+fn error_on_floor(found: &Odometry, scene: &Scene) -> (f64, f64) {
+    let flat = |iso: &Isometry3<f64>| Vector2::new(iso.translation.x, iso.translation.y);
+    let ours: Vec<_> = found.poses.iter().map(|p| flat(&p.odom_from_camera.iso)).collect();
+    let truth: Vec<_> = scene.truth().iter().take(ours.len()).map(|(_, p)| flat(&p.iso)).collect();
+    let count = ours.len() as f64;
+    let (mean_ours, mean_truth) = (ours.iter().sum::<Vector2<f64>>() / count, truth.iter().sum::<Vector2<f64>>() / count);
+    // In the plane a similarity is one complex factor: Σ conj(a) b / Σ |a|².
+    let (mut real, mut imaginary, mut size) = (0.0, 0.0, 0.0);
+    for (a, b) in ours.iter().zip(&truth) {
+        let (a, b) = (a - mean_ours, b - mean_truth);
+        real += a.dot(&b);
+        imaginary += a.x * b.y - a.y * b.x;
+        size += a.norm_squared();
+    }
+    let factor = Matrix2::new(real, -imaginary, imaginary, real) / size;
+    let squares: f64 = ours.iter().zip(&truth).map(|(a, b)| (factor * (a - mean_ours) - (b - mean_truth)).norm_squared()).sum();
+    let length = truth.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+    ((squares / count).sqrt(), length)
+}
+
+#[test]
+fn both_solvers_follow_a_walk_through_a_door() {
+    let scene = Scene::demo(Seed(SEED));
+    let frames: Vec<VideoFrame> = scene.frames().take(FRAMES).collect();
+    for solver in [Solver::FivePoint, Solver::EightPoint] {
+        let found = follow(scene.camera(), frames.iter().cloned(), solver).unwrap();
+        assert_eq!((found.poses.len(), found.path.steps.len()), (FRAMES, FRAMES - 1));
+        let (error, length) = error_on_floor(&found, &scene);
+        // The gait sways by 3 cm; two per cent of the way is what a careful script without a map reaches on easier walks.
+        assert!(error < 0.02 * length + 0.03, "{solver:?}: {error} m off on {length} m");
+        let mapped = found.poses.iter().filter(|p| p.state == TrackingState::Mapped).count();
+        assert!(mapped > FRAMES * 3 / 4, "{solver:?}: {mapped} of {FRAMES} frames are posed on the map");
+        assert!(found.sightings.len() > 100 && found.sightings.iter().all(|s| s.range > 0.0 && s.sigma > 0.0));
+    }
+}
+
+#[test]
+fn the_same_video_and_seed_give_the_same_poses() {
+    let scene = Scene::demo(Seed(SEED));
+    let frames: Vec<VideoFrame> = scene.frames().take(40).collect();
+    let poses = || {
+        let found = follow(scene.camera(), frames.iter().cloned(), Solver::FivePoint).unwrap();
+        found.poses.iter().map(|p| p.odom_from_camera.iso).collect::<Vec<_>>()
+    };
+    assert_eq!(poses(), poses());
+}
+
+#[test]
+fn a_covered_lens_is_a_gap_and_not_the_end() {
+    let scene = Scene::demo(Seed(SEED));
+    let covered = 60..70;
+    let frames = scene.frames().take(FRAMES).enumerate().map(|(i, frame)| {
+        let image =
+            if covered.contains(&i) { GrayImage::from_fn(frame.image.width(), frame.image.height(), |_, _| 20) } else { frame.image };
+        VideoFrame { stamp: frame.stamp, image }
+    });
+    let found = follow(scene.camera(), frames, Solver::FivePoint).unwrap();
+    assert_eq!(found.poses.len(), FRAMES, "one path, a pose for every frame");
+    let gap = found.gaps.iter().find(|g| g.from >= scene.stamp(59) && g.to <= scene.stamp(72)).expect("the gap is reported");
+    assert!(gap.to.secs_since(gap.from) > 0.4, "{gap:?}");
+    // Steps of the gap know that they know little.
+    assert!(found.path.steps[64].unit_change > 0.0 && found.path.steps[64].covariance[(2, 2)] > found.path.steps[30].covariance[(2, 2)]);
+    let end = found.poses[FRAMES - 1].odom_from_camera.iso.translation.vector;
+    assert!(end.iter().all(|c| c.is_finite()) && end.norm() < 20.0, "{end}");
+}
+
+#[test]
+fn a_black_video_and_a_single_frame_are_told_apart() {
+    let camera = Camera::phone_prior(160, 120);
+    let black = |i: i64| VideoFrame { stamp: Stamp(i * 33_000_000), image: GrayImage::from_fn(160, 120, |_, _| 0) };
+    let many = follow(&camera, (0..10).map(black), Solver::FivePoint).unwrap_err();
+    assert_eq!(many, OdometryError::NothingToTrack { frames: 10, most: 0 });
+    let one = follow(&camera, (0..1).map(black), Solver::FivePoint).unwrap_err();
+    assert_eq!(one, OdometryError::TooFewFrames { got: 1 });
+}
+
+#[test]
+fn frames_of_another_size_or_from_the_past_are_refused_by_number() {
+    let mut odometry = VisualOdometry::new(Camera::phone_prior(160, 120), OdometryOptions::default());
+    let frame = |t: i64, width: usize| VideoFrame { stamp: Stamp(t), image: GrayImage::from_fn(width, 120, |u, v| (u * v) as u8) };
+    odometry.push(&frame(5, 160)).unwrap();
+    assert!(matches!(odometry.push(&frame(6, 80)), Err(OdometryError::SizeChanged { index: 1, width: 80, .. })));
+    assert!(matches!(odometry.push(&frame(5, 160)), Err(OdometryError::StampsGoBack { index: 1, .. })));
+    odometry.push(&frame(7, 160)).unwrap();
+}
