@@ -16,7 +16,8 @@ use crate::LocateError;
 pub struct PlaceOptions {
     /// Heading of the path's first pose on the plan, radians; `None` tries all.
     pub heading_rad: Option<f64>,
-    /// Step between the headings that are tried, radians. At 2° the end of a 10 m path moves by 0.35 m from one to the next.
+    /// Largest step between the headings that are tried, radians. Steps are finer, down to 0.1°, where the farthest point of the
+    /// path would move by more than two cells from one to the next: it would jump over doors.
     pub heading_step_rad: f64,
     /// Lowest and highest scale, metres per unit of the path.
     pub scales: (f64, f64),
@@ -123,6 +124,37 @@ impl Bitmap {
     }
 }
 
+/// Cells of one block: how many, and the sums of their columns and rows.
+type BlockCount = (usize, usize, usize);
+
+impl Bitmap {
+    /// Adds the other's cells in these rows.
+    fn or_rows(&mut self, other: &Bitmap, rows: std::ops::Range<usize>) {
+        let words = rows.start * self.per_row..rows.end * self.per_row;
+        for (word, more) in self.words[words.clone()].iter_mut().zip(&other.words[words]) {
+            *word |= more;
+        }
+    }
+
+    /// The cells in these rows by blocks of `block` × `block`.
+    fn blocks(&self, rows: std::ops::Range<usize>, block: usize) -> Vec<((usize, usize), BlockCount)> {
+        let columns = self.width.div_ceil(block);
+        let mut found = Vec::new();
+        let mut counts: Vec<BlockCount> = vec![(0, 0, 0); columns];
+        for block_row in rows.start / block..rows.end.div_ceil(block) {
+            let within = (block_row * block).max(rows.start)..((block_row + 1) * block).min(rows.end);
+            for (column, row) in self.cells(within) {
+                let count = &mut counts[column / block];
+                *count = (count.0 + 1, count.1 + column, count.2 + row);
+            }
+            for (block_column, count) in counts.iter_mut().enumerate().filter(|(_, count)| count.0 > 0) {
+                found.push(((block_column, block_row), std::mem::take(count)));
+            }
+        }
+        found
+    }
+}
+
 /// `words[c] &= source[c + dx]` for every cell c of one row; bits beyond the row are 0.
 fn and_row(words: &mut [u64], source: &[u64], dx: i64) -> bool {
     let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
@@ -149,30 +181,41 @@ fn and_row(words: &mut [u64], source: &[u64], dx: i64) -> bool {
 /// [`LocateError`] when the path is empty or not finite, or the range of scales holds nothing. No placement is an answer.
 pub fn place(path: &Path, plan: &FloorPlan, options: &PlaceOptions, progress: &mut dyn FnMut(f64)) -> Result<Placement, LocateError> {
     let points = points_of(path)?;
-    let poses = candidates(options)?;
+    let poses = candidates(options, &points, plan.cell_m())?;
     let free = Bitmap::of(plan, |i| match plan.cells()[i] {
         Cell::Free => true,
         Cell::Wall => false,
         Cell::Unknown => options.through_unknown,
     });
     let starts = Bitmap::of(plan, |i| plan.cells()[i] == Cell::Free && f64::from(plan.inside()[i]) >= options.inside);
-    let mut region = vec![false; plan.cells().len()];
+    let mut region = Bitmap { words: vec![0; starts.words.len()], ..starts.clone() };
     let mut heaps = Heaps::new(plan);
+    let block = heaps.block;
     // Batches bound the memory and give the progress a pulse.
-    const BATCH: usize = 32;
+    const BATCH: usize = 64;
     for (batch, group) in poses.chunks(BATCH).enumerate() {
-        let found: Vec<(Bitmap, std::ops::Range<usize>)> =
-            group.par_iter().map(|(heading, scale)| placements(&points, *heading, *scale, plan.cell_m(), &starts, &free)).collect();
-        for ((heading, scale), (cells, rows)) in group.iter().zip(found) {
-            for (column, row) in cells.cells(rows) {
-                region[row * plan.width() + column] = true;
-                heaps.add(column, row, *heading, *scale);
+        let found: Vec<_> = group
+            .par_iter()
+            .map(|(heading, scale)| {
+                let (cells, rows) = placements(&points, *heading, *scale, plan.cell_m(), &starts, &free);
+                let blocks = cells.blocks(rows.clone(), block);
+                (cells, rows, blocks)
+            })
+            .collect();
+        for ((heading, scale), (cells, rows, blocks)) in group.iter().zip(found) {
+            region.or_rows(&cells, rows);
+            for (key, count) in blocks {
+                heaps.add(key, count, *heading, *scale);
             }
         }
         progress(((batch * BATCH + group.len()) as f64 / poses.len() as f64).min(1.0));
     }
-    let area_m2 = region.iter().filter(|r| **r).count() as f64 * plan.cell_m() * plan.cell_m();
-    Ok(Placement { start_region: region, area_m2, modes: heaps.modes(plan), tried: poses.len() })
+    let mut start_region = vec![false; plan.cells().len()];
+    for (column, row) in region.cells(0..region.height) {
+        start_region[row * plan.width() + column] = true;
+    }
+    let area_m2 = start_region.iter().filter(|r| **r).count() as f64 * plan.cell_m() * plan.cell_m();
+    Ok(Placement { start_region, area_m2, modes: heaps.modes(plan), tried: poses.len() })
 }
 
 fn points_of(path: &Path) -> Result<Vec<(f64, f64)>, LocateError> {
@@ -187,7 +230,7 @@ fn points_of(path: &Path) -> Result<Vec<(f64, f64)>, LocateError> {
 }
 
 /// All (heading, scale) to try.
-fn candidates(options: &PlaceOptions) -> Result<Vec<(f64, f64)>, LocateError> {
+fn candidates(options: &PlaceOptions, points: &[(f64, f64)], cell_m: f64) -> Result<Vec<(f64, f64)>, LocateError> {
     let (low, high) = options.scales;
     if !(low > 0.0 && high >= low && high.is_finite() && options.scale_ratio.is_finite()) {
         return Err(LocateError::BadScaleRange { low, high });
@@ -199,7 +242,9 @@ fn candidates(options: &PlaceOptions) -> Result<Vec<(f64, f64)>, LocateError> {
     let headings: Vec<f64> = match options.heading_rad {
         Some(heading) => vec![if heading.is_finite() { heading } else { 0.0 }],
         None => {
-            let count = (std::f64::consts::TAU / options.heading_step_rad.max(0.1f64.to_radians())).round().max(1.0) as usize;
+            let reach_m = high * points.iter().map(|p| p.0.hypot(p.1)).fold(0.0, f64::max);
+            let step = options.heading_step_rad.min(2.0 * cell_m / reach_m.max(cell_m)).max(0.1f64.to_radians());
+            let count = (std::f64::consts::TAU / step).ceil().max(1.0) as usize;
             (0..count).map(|i| i as f64 * std::f64::consts::TAU / count as f64).collect()
         }
     };
@@ -292,18 +337,18 @@ impl Heaps {
         Self { block: (0.5 / plan.cell_m()).round().max(1.0) as usize, heaps: std::collections::BTreeMap::new() }
     }
 
-    fn add(&mut self, column: usize, row: usize, heading: f64, scale: f64) {
+    fn add(&mut self, (column, row): (usize, usize), (count, columns, rows): BlockCount, heading: f64, scale: f64) {
         let turn = heading / std::f64::consts::TAU;
         let sector = ((turn - turn.floor()) * SECTORS as f64) as i64 % SECTORS;
-        let key = ((column / self.block) as i64, (row / self.block) as i64, sector);
-        let heap = self.heaps.entry(key).or_default();
+        let heap = self.heaps.entry((column as i64, row as i64, sector)).or_default();
         let (s, c) = libm::sincos(heading);
-        heap.count += 1.0;
-        heap.column += column as f64;
-        heap.row += row as f64;
-        heap.sin += s;
-        heap.cos += c;
-        heap.scale += scale;
+        let cells = count as f64;
+        heap.count += cells;
+        heap.column += columns as f64;
+        heap.row += rows as f64;
+        heap.sin += cells * s;
+        heap.cos += cells * c;
+        heap.scale += cells * scale;
     }
 
     /// Connected components of the heaps, largest first.
@@ -398,7 +443,7 @@ mod tests {
         let placement = place(&corner(), &plan, &options, &mut |_| {}).unwrap();
         let points = points_of(&corner()).unwrap();
         let mut region = vec![false; plan.cells().len()];
-        for (heading, scale) in candidates(&options).unwrap() {
+        for (heading, scale) in candidates(&options, &points, plan.cell_m()).unwrap() {
             let offsets = offsets(&points, heading, scale / plan.cell_m());
             for (index, start) in region.iter_mut().enumerate() {
                 let (column, row) = ((index % plan.width()) as i64, (index / plan.width()) as i64);
