@@ -10,6 +10,8 @@ use planwalk::types::{OdometryScale, Seed};
 use planwalk_io::plan::Measure;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame};
 
+use crate::command::Task;
+
 /// Tells where on a floor plan a first-person video was walked, how sure it is, and where else it could have been.
 #[derive(Debug, Parser)]
 #[command(name = "planwalk", version, arg_required_else_help = true, after_help = EXAMPLES)]
@@ -20,7 +22,7 @@ pub struct Cli {
 }
 
 const EXAMPLES: &str = "Examples:
-  planwalk demo -o out
+  planwalk demo
   planwalk locate walk.mp4 --plan floor2.png --metres-per-pixel 0.02 -o out
   planwalk locate frames/ --fps 12 --camera camera.yaml --plan map.yaml --start 1.5,2,90 -o out
   planwalk locate --poses odometry.tum --odometry-scale metric --plan map.yaml -o out
@@ -32,6 +34,9 @@ Exit codes: 0 done (an ambiguous verdict is an answer), 2 usage, 4 input unusabl
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Simulates a building and a walk through it, and finds the walk again from the video alone
+    #[command(mut_arg("output", |output| output.required(false).default_value("planwalk-demo")), after_help = "Examples:
+  planwalk demo
+  planwalk demo -o out --seed 7 --json")]
     Demo(DemoArgs),
     /// Follows the camera through a video: odometry, without any plan
     #[command(after_help = "Examples:
@@ -94,14 +99,22 @@ pub struct DemoArgs {
 #[derive(Debug, Args)]
 pub struct VideoOptionsArgs {
     /// Frames per second of a folder of images
-    #[arg(long, value_name = "FPS")]
+    #[arg(long, value_name = "FPS", conflicts_with = "poses")]
     pub fps: Option<f64>,
     /// Camera file, ROS camera_info or Kalibr layout [default: a phone's usual field of view]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "poses")]
     pub camera: Option<PathBuf>,
     /// Solver of the relative pose between two views
-    #[arg(long, value_enum, default_value_t = SolverName::FivePoint)]
+    #[arg(long, value_enum, default_value_t = SolverName::FivePoint, conflicts_with = "poses")]
     pub solver: SolverName,
+}
+
+impl VideoOptionsArgs {
+    /// Writes down what is in force.
+    pub fn note(&self, task: &mut Task) {
+        task.option("fps", self.fps);
+        task.option("solver", self.solver.to_possible_value().map(|v| v.get_name().to_owned()));
+    }
 }
 
 /// Arguments of `track`.
@@ -135,6 +148,22 @@ pub struct PosesArgs {
     pub odometry_scale: Option<OdometryScale>,
 }
 
+impl PosesArgs {
+    /// Writes down what was said of them.
+    pub fn note(&self, task: &mut Task) {
+        task.option("poses-format", self.poses_format.map(|f| format!("{f:?}").to_lowercase()));
+        task.option("poses-frame", self.poses_frame.map(|f| format!("{f:?}").to_lowercase()));
+        task.option(
+            "odometry-scale",
+            self.odometry_scale.map(|s| match s {
+                OdometryScale::Metric => "metric".to_owned(),
+                OdometryScale::Unknown => "unknown".to_owned(),
+                OdometryScale::Relative(sigma) => sigma.to_string(),
+            }),
+        );
+    }
+}
+
 /// A plan and its scale.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
@@ -147,6 +176,15 @@ pub struct PlanArgs {
     /// Two pixels of the plan's image and their distance, e.g. 100,200,400,200=6m
     #[arg(long, value_name = "U1,V1,U2,V2=LENGTH")]
     pub measure: Option<Measure>,
+}
+
+impl PlanArgs {
+    /// Writes down what was said of it.
+    pub fn note(&self, task: &mut Task) {
+        task.option("metres-per-pixel", self.metres_per_pixel);
+        let measure = self.measure.map(|m| format!("{},{},{},{}={}m", m.from_px.0, m.from_px.1, m.to_px.0, m.to_px.1, m.length_m));
+        task.option("measure", measure);
+    }
 }
 
 /// Arguments of `locate`.
@@ -235,6 +273,13 @@ impl Start {
     pub fn prior(&self, sigma_m: f64) -> StartPrior {
         let heading_rad = self.heading_deg.map(f64::to_radians);
         StartPrior { x: self.x, y: self.y, heading_rad, sigma_m, sigma_rad: START_HEADING_SIGMA_DEG.to_radians() }
+    }
+}
+
+impl std::fmt::Display for Start {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{},{}", self.x, self.y)?;
+        self.heading_deg.map_or(Ok(()), |heading| write!(f, ",{heading}"))
     }
 }
 

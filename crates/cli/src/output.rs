@@ -1,5 +1,6 @@
 //! Where do results go? A folder that was empty; each file appears whole or not at all.
 
+use std::cell::Cell;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -9,14 +10,36 @@ use crate::failure::Failure;
 #[derive(Debug)]
 pub struct Output {
     folder: PathBuf,
+    /// Whether results of an earlier run may still lie there.
+    stale: Cell<bool>,
 }
+
+/// Results that would contradict those of another run. Files that may be somebody's input (odometry, sightings, cameras, plans,
+/// truths) are not among them: they are only ever overwritten.
+const RESULTS: [&str; 13] = [
+    "result.json",
+    "track.csv",
+    "filter.csv",
+    "track.tum",
+    "track.svg",
+    "track.png",
+    "trajectory.svg",
+    "trajectory.png",
+    "particles.svg",
+    "particles.png",
+    "place.svg",
+    "place.png",
+    "report.html",
+];
 
 impl Output {
     /// Makes the folder, or takes an empty one; a full one only with `force`.
     pub fn open(folder: &Path, force: bool) -> Result<Self, Failure> {
+        let mut stale = false;
         match std::fs::read_dir(folder) {
             Ok(mut entries) => {
-                if entries.next().is_some() && !force {
+                stale = entries.next().is_some();
+                if stale && !force {
                     let why = "the output folder is not empty; give a new one, or --force to write into it";
                     return Err(Failure::usage(format!("{why}\n  {}", folder.display())));
                 }
@@ -26,7 +49,22 @@ impl Output {
             }
             Err(why) => return Err(Failure::usage(format!("the output folder cannot be used: {why}\n  {}", folder.display()))),
         }
-        Ok(Self { folder: folder.to_owned() })
+        Ok(Self { folder: folder.to_owned(), stale: Cell::new(stale) })
+    }
+
+    /// Removes the results of an earlier run, so that two runs do not mix; only once there is something to put in their place,
+    /// so that a mistyped input costs no result.
+    fn clear(&self) -> Result<(), Failure> {
+        if !self.stale.replace(false) {
+            return Ok(());
+        }
+        for path in RESULTS.map(|name| self.path(name)) {
+            match std::fs::remove_file(&path) {
+                Err(why) if why.kind() != io::ErrorKind::NotFound => return Err(Failure::output(why, &path)),
+                _ => (),
+            }
+        }
+        Ok(())
     }
 
     /// Path of a file in the folder.
@@ -41,6 +79,7 @@ impl Output {
 
     /// As [`Output::write`], by a writer that wants a path.
     pub fn write_by<E: std::fmt::Display>(&self, name: &str, write: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), Failure> {
+        self.clear()?;
         let (part, whole) = (self.path(&format!(".{name}.part")), self.path(name));
         write(&part).map_err(|why| Failure::output(why, &whole))?;
         std::fs::rename(&part, &whole).map_err(|why| Failure::output(why, &whole))

@@ -1,5 +1,6 @@
 //! What does the person at the terminal see? Notes, progress with an estimate of the time left, and the summary.
 
+use std::io::Write;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -39,13 +40,13 @@ impl Voice {
 }
 
 /// The machine's summary.
-#[expect(clippy::print_stdout, reason = "what --json asked for goes to standard output")]
 pub fn stdout_text(text: &str) {
-    print!("{text}");
+    // Whoever closed the pipe does not want to read on; `print!` would panic.
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
 /// A line for the person.
-#[expect(clippy::print_stderr, reason = "notes and errors go to standard error")]
 pub fn stderr_line(line: &str) {
-    eprintln!("{line}");
+    // Nobody is there to be told that nobody listens.
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }

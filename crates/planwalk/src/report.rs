@@ -108,10 +108,11 @@ fn origin(page: &mut String, result: &ResultFile) {
     }
     let _ = writeln!(
         page,
-        "</table>\n<p>planwalk {} · command {} · seed {}</p>",
+        "</table>\n<p>planwalk {} {} --seed {}{}</p>",
         escape(&result.version),
         escape(&result.command),
-        result.seed.0
+        result.seed.0,
+        escape(&result.options.iter().map(|o| format!(" --{} {}", o.name, o.value)).collect::<String>())
     );
     if !result.notes.is_empty() {
         let notes: String = result.notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();

@@ -43,11 +43,26 @@ pub struct ResultFile {
     pub inputs: Vec<InputEntry>,
     /// Stretches of video in which nothing usable was seen.
     pub gaps: Vec<GapEntry>,
+    /// Options in force, named as on the command line.
+    #[serde(default)]
+    pub options: Vec<OptionEntry>,
     /// What a person should know: assumptions made, oddities met.
     pub notes: Vec<String>,
+    /// Why there is no answer, where there is none; what was found before that is in the other fields and files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
     /// How far off the truth is, where it is known (`planwalk demo`).
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthEntry>,
+}
+
+/// An option in force.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OptionEntry {
+    /// Without the dashes.
+    pub name: String,
+    /// As it could be given.
+    pub value: String,
 }
 
 /// One place that explains the walk.
@@ -198,7 +213,9 @@ impl ResultFile {
             camera: None,
             inputs: Vec::new(),
             gaps: Vec::new(),
+            options: Vec::new(),
             notes: Vec::new(),
+            error: None,
             truth: None,
         }
     }

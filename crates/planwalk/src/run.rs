@@ -1,8 +1,8 @@
 //! The main job: what was walked in the video, and where on the plan is that?
 
-use planwalk_locate::{Localization, LocateError, LocateOptions, ScalePrior, StartPrior, localize_observed};
+use planwalk_locate::{FilterView, Localization, Localizer, LocateError, LocateOptions, ScalePrior, StartPrior, localize_observed};
 use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, VisualOdometry};
-use planwalk_types::{Camera, FloorPlan, OdometryScale, Path, Pt2, Seed, Sighting, Stamp, VideoFrame};
+use planwalk_types::{Camera, FloorPlan, OdometryScale, Path, Plan, Pt2, Seed, Sighting, Stamp, VideoFrame};
 
 use crate::figure::ParticleCloud;
 
@@ -82,10 +82,24 @@ pub struct Run {
     pub clouds: Vec<ParticleCloud>,
 }
 
-/// Shares of the walk's time at which the particles are kept for the picture.
-const CLOUD_MOMENTS: [f64; 4] = [0.0, 0.2, 0.5, 1.0];
+/// Shares of the walk's time at which the particles are kept for the picture: most is decided early, at the first corners.
+const CLOUD_MOMENTS: [f64; 4] = [0.0, 0.08, 0.25, 1.0];
 /// Most particles kept a moment.
 const CLOUD_SIZE: usize = 4000;
+
+/// Checks, before any long work, that the stated start is a place on this plan.
+///
+/// # Errors
+/// [`LocateError::BadStart`] and [`LocateError::StartOffPlan`].
+pub fn check_start(plan: &FloorPlan, options: &LocalizeOptions) -> Result<(), LocateError> {
+    if options.start.is_none() {
+        return Ok(());
+    }
+    // The scale plays no part in the check.
+    let mut locate = LocateOptions::new(options.seed, ScalePrior { metres_per_unit: 1.0, relative_sigma: 0.1 });
+    locate.start = options.start;
+    Localizer::new(plan, &locate).map(|_| ())
+}
 
 /// Where on the plan the walk was. `progress` is told the share done, 0..=1.
 ///
@@ -107,13 +121,26 @@ pub fn localize(walk: &Walk, plan: &FloorPlan, options: &LocalizeOptions, progre
         if clouds.len() == moments.len() {
             clouds.pop();
         }
-        let every = view.x.len().div_ceil(CLOUD_SIZE).max(1);
-        let places = (0..view.x.len()).step_by(every);
-        let place = |i: usize| Pt2::new(view.origin.x + f64::from(view.x[i]), view.origin.y + f64::from(view.y[i]));
-        clouds.push(ParticleCloud { stamp: view.stamp, count: view.x.len(), places: places.map(place).collect() });
+        clouds.push(ParticleCloud { stamp: view.stamp, count: view.x.len(), places: thinned(view) });
     })?;
     let clouds = of_runs.into_iter().nth(localization.quality.attempt).unwrap_or_default();
     Ok(Run { localization, clouds })
+}
+
+/// Particles at equal shares of the weight, at most [`CLOUD_SIZE`]: dots show belief, not bookkeeping.
+fn thinned(view: &FilterView<'_>) -> Vec<Pt2<Plan>> {
+    let total: f64 = view.weight.iter().map(|w| f64::from(*w)).sum();
+    let apart = total / CLOUD_SIZE.min(view.x.len()).max(1) as f64;
+    let (mut next, mut sum, mut places) = (0.5 * apart, 0.0, Vec::new());
+    for ((x, y), weight) in view.x.iter().zip(view.y).zip(view.weight) {
+        sum += f64::from(*weight);
+        // A heavy particle is one dot, however many shares it holds.
+        if sum > next && apart > 0.0 {
+            places.push(Pt2::new(view.origin.x + f64::from(*x), view.origin.y + f64::from(*y)));
+            next += apart * ((sum - next) / apart).ceil();
+        }
+    }
+    places
 }
 
 fn cloud_moments(path: &Path) -> Vec<Stamp> {

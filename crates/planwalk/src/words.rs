@@ -7,6 +7,8 @@ pub fn verdict(status: Status, probability: f64) -> String {
     let share = percent(probability);
     match status {
         Status::Tracking => "One place on the plan explains the walk.".to_owned(),
+        // Mass alone is no proof: the place must also explain what was seen.
+        Status::Ambiguous if probability >= 0.9 => format!("The likeliest place holds {share}, but the evidence for it is thin."),
         Status::Ambiguous => format!("The walk is not pinned to one place yet: the likeliest holds {share}."),
         Status::Lost => "No place on the plan explains the walk; the likeliest is drawn.".to_owned(),
     }
@@ -30,6 +32,19 @@ pub fn percent(share: f64) -> String {
         p if p > 99.0 && p < 100.0 => "> 99 %".to_owned(),
         p => format!("{p:.0} %"),
     }
+}
+
+/// A count with its thousands apart.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
 }
 
 /// A number with a true minus sign and no negative zero.
@@ -71,6 +86,17 @@ mod tests {
         let of = |metres_per_unit: f64| scale(&ScaleEstimate { metres_per_unit, relative_sigma: 0.051 });
         assert_eq!(of(0.00834), "1 unit of odometry = 0.00834 m ± 5 %");
         assert_eq!(of(12.34), "1 unit of odometry = 12.3 m ± 5 %");
+    }
+
+    #[test]
+    fn thousands_stand_apart() {
+        assert_eq!([0, 999, 1000, 864_214, 1_000_000].map(grouped), ["0", "999", "1,000", "864,214", "1,000,000"]);
+    }
+
+    #[test]
+    fn an_ambiguous_verdict_never_sounds_sure() {
+        assert!(verdict(Status::Ambiguous, 0.99).contains("evidence for it is thin"));
+        assert!(verdict(Status::Ambiguous, 0.5).contains("holds 50 %"));
     }
 
     #[test]

@@ -17,16 +17,35 @@ pub fn run(args: &LocateArgs) -> Result<(), Failure> {
     // The plan first: it is quickly read, and a bad one should not cost a video's time.
     let plan = inputs::plan(&args.plan)?;
     task.note(plan.notes);
+    let options = LocalizeOptions { seed: task.result.seed, start: args.start.map(|s| s.prior(args.start_sigma)) };
+    // A start off the plan is said now, not after minutes of video.
+    planwalk::check_start(&plan.value, &options).map_err(refused)?;
+    note_options(&mut task, args);
     let (walk, name) = match (&args.video, &args.poses.poses) {
         (Some(video), _) => (from_video(&mut task, args, video)?, name_of(video)),
         (None, Some(poses)) => (from_poses(&mut task, args, poses)?, name_of(poses)),
         (None, None) => return Err(Failure::usage("give a video, or --poses FILE")),
     };
     task.result.inputs.push(inputs::entry("plan", &args.plan.plan)?);
-    let options = LocalizeOptions { seed: task.result.seed, start: args.start.map(|s| s.prior(args.start_sigma)) };
     let title = format!("{name} on {}", name_of(&args.plan.plan));
-    localize(&mut task, &walk, &plan.value, &options, &title, &[])?;
-    task.end()
+    match localize(&mut task, &walk, &plan.value, &options, &title, &[]) {
+        Ok(()) => task.end(),
+        Err(failure) => {
+            // No answer, but what was found on the way is kept, with the reason.
+            task.result.error = Some(failure.message.clone());
+            task.end().and(Err(failure))
+        }
+    }
+}
+
+fn note_options(task: &mut Task, args: &LocateArgs) {
+    if args.video.is_some() {
+        args.reading.note(task);
+    }
+    args.plan.note(task);
+    task.option("start", args.start);
+    task.option("start-sigma", args.start.map(|_| args.start_sigma));
+    args.poses.note(task);
 }
 
 fn from_video(task: &mut Task, args: &LocateArgs, path: &std::path::Path) -> Result<Walk, Failure> {
@@ -109,7 +128,10 @@ fn draw(task: &Task, run: &Run, plan: &FloorPlan, title: &str, truth: &[(Stamp, 
     let walked: Vec<_> = found.track.iter().map(|e| (e.stamp, e.pose)).collect();
     let particles = ParticlePicture { title, plan, track: &walked, moments: &run.clouds }.svg();
     task.draw("particles", &particles)?;
-    let page = planwalk::report::html(title, &[("The walk on the plan", &svg)], &task.result, &found.track);
+    let mut pictures = vec![("The walk on the plan", svg.as_str())];
+    pictures.extend(task.trajectory.as_deref().map(|svg| ("The camera's path by itself, before any plan", svg)));
+    pictures.push(("How it was found: where the walker might have been, as the walk went on", particles.as_str()));
+    let page = planwalk::report::html(title, &pictures, &task.result, &found.track);
     task.output.write("report.html", page)
 }
 

@@ -7,7 +7,7 @@ pub mod track;
 pub mod video;
 
 use planwalk::figure::png_of;
-use planwalk::result::ResultFile;
+use planwalk::result::{OptionEntry, ResultFile};
 
 use crate::args::Common;
 use crate::failure::Failure;
@@ -22,6 +22,8 @@ pub struct Task {
     pub voice: Voice,
     /// What `result.json` will say.
     pub result: ResultFile,
+    /// The drawing of the camera's path, where there was a video; for the report.
+    pub trajectory: Option<String>,
     json: bool,
 }
 
@@ -34,7 +36,7 @@ impl Task {
             let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
         }
         let result = ResultFile::new(command, common.seed());
-        Ok(Self { output, voice: Voice { quiet: common.quiet }, result, json: common.json })
+        Ok(Self { output, voice: Voice { quiet: common.quiet }, result, trajectory: None, json: common.json })
     }
 
     /// Notes for the person and for `result.json`.
@@ -43,6 +45,11 @@ impl Task {
             self.voice.say(&format!("note: {note}"));
             self.result.notes.push(note);
         }
+    }
+
+    /// Writes down an option in force.
+    pub fn option(&mut self, name: &str, value: Option<impl ToString>) {
+        self.result.options.extend(value.map(|value| OptionEntry { name: name.to_owned(), value: value.to_string() }));
     }
 
     /// A drawing as `NAME.svg` and `NAME.png`.
@@ -63,7 +70,10 @@ impl Task {
     }
 }
 
-/// The last part of a path, for titles.
+/// What a file or folder is called in titles. A folder of frames is often just `rgb`: its parent says more.
 pub fn name_of(path: &std::path::Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+    let parts: Vec<_> = path.components().filter(|c| matches!(c, std::path::Component::Normal(_))).collect();
+    let last = if path.is_dir() { 2 } else { 1 };
+    let name: Vec<_> = parts[parts.len().saturating_sub(last)..].iter().map(|c| c.as_os_str().to_string_lossy()).collect();
+    if name.is_empty() { path.display().to_string() } else { name.join("/") }
 }

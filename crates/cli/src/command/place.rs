@@ -24,6 +24,10 @@ pub fn run(args: &PlaceArgs) -> Result<(), Failure> {
         let spread = (2.0 * prior.relative_sigma).exp();
         (prior.metres_per_unit / spread, prior.metres_per_unit * spread)
     });
+    args.plan.note(&mut task);
+    args.poses.note(&mut task);
+    task.option("heading", args.heading);
+    task.option("scale-range", Some(format!("{},{}", scales.0, scales.1)));
     let options = PlaceOptions { heading_rad: args.heading.map(f64::to_radians), scales, ..PlaceOptions::default() };
     let bar = task.voice.bar("placing", Some(1000));
     let placement = place(&path, &plan.value, &options, &mut |share| bar.set_position((1000.0 * share) as u64)).map_err(refused)?;
@@ -43,6 +47,15 @@ pub fn run(args: &PlaceArgs) -> Result<(), Failure> {
         conditions: &conditions,
     };
     task.draw("place", &picture.svg())?;
+    if placement.modes.is_empty() {
+        let why = format!(
+            "the trajectory fits nowhere on this plan without touching a wall ({conditions}): try a wider --scale-range, leave \
+             --heading away, or use planwalk locate, which forgives drift and walls that were never built"
+        );
+        task.result.error = Some(why.clone());
+        task.end()?;
+        return Err(Failure::no_answer(why));
+    }
     let (area, count) = (placement.area_m2, placement.modes.len());
     task.voice.say(&format!("the trajectory can start anywhere in {area:.2} m² of the plan, in {count} separate places ({conditions})"));
     task.voice.say(&format!("picture: {}", task.output.path("place.png").display()));

@@ -14,6 +14,7 @@ pub fn run(args: &TrackArgs) -> Result<(), Failure> {
     let inputs::Video { source, camera } = video.value;
     let (count, name) = (source.frame_count(), name_of(&args.video));
     let clip = Clip { frames: source, count, camera: &camera, solver: args.reading.solver, name: &name };
+    args.reading.note(&mut task);
     follow(&mut task, clip)?;
     task.result.inputs.push(inputs::entry("video", &args.video)?);
     if let Some(file) = &args.reading.camera {

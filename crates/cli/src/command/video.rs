@@ -61,7 +61,9 @@ fn write(task: &mut Task, odometry: &Odometry, solver: &SolverName, name: &str) 
         SolverName::EightPoint => (SolverEntry::EightPoint, "eight-point"),
     };
     let title = format!("{name}: trajectory, {solver_words}");
-    task.draw("trajectory", &TrajectoryPicture { title: &title, poses: &odometry.poses }.svg())?;
+    let picture = TrajectoryPicture { title: &title, poses: &odometry.poses }.svg();
+    task.draw("trajectory", &picture)?;
+    task.trajectory = Some(picture);
     let seconds = odometry.poses.first().zip(odometry.poses.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp));
     let (frames, length, sightings) = (odometry.poses.len(), odometry.path.length(), odometry.sightings.len());
     task.result.odometry = Some(OdometryEntry { frames, seconds, length, sightings, solver });

@@ -1,5 +1,6 @@
 //! One story a claim.
 
 mod bad_input;
+mod manners;
 mod real_data;
 mod results;

@@ -87,12 +87,12 @@ pub(super) fn pose_marker(svg: &mut Svg, at: (f64, f64), heading_rad: f64, fill:
     svg.circle(at, 7.5, fill, pen);
 }
 
-/// Round moments after `start` of which the walk has about a dozen at most: every 10 s where that is few enough.
+/// Round moments after `start`: every 10 s; more often on a short walk, and a dozen at most on a long one.
 pub(super) fn round_moments(start: Stamp, end: Stamp) -> (f64, Vec<f64>) {
     let length_s = end.secs_since(start);
     let step_s = if length_s > 130.0 {
         round_step(length_s / 12.0)
-    } else if length_s < 15.0 {
+    } else if length_s < 25.0 {
         round_step(length_s / 5.0)
     } else {
         10.0

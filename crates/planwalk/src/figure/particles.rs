@@ -6,6 +6,7 @@ use super::colour;
 use super::map::{Bounds, MapView};
 use super::marks;
 use super::svg::{Anchor, Pen, Svg};
+use crate::words;
 
 /// Particles over the plan at some moments.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +36,8 @@ const LEFT_PX: f64 = 34.0;
 const TOP_PX: f64 = 84.0;
 const GAP_PX: f64 = 26.0;
 const CAPTION_PX: f64 = 30.0;
+/// Radius of the ring around a cloud that is so small that it would be overlooked.
+const RING_PX: f64 = 17.0;
 /// Width of the room for all panels.
 const ROOM_PX: f64 = 1360.0;
 
@@ -72,7 +75,7 @@ impl ParticlePicture<'_> {
 
     fn panel(&self, svg: &mut Svg, view: &MapView, cloud: &ParticleCloud) {
         let begin = self.track.first().map_or(cloud.stamp, |(stamp, _)| *stamp);
-        let caption = format!("after {:.1} s: {} particles", cloud.stamp.secs_since(begin), cloud.count);
+        let caption = format!("after {:.1} s: {} particles", cloud.stamp.secs_since(begin), words::grouped(cloud.count));
         svg.text(&caption, (view.left_px, view.top_px - 10.0), 10.0, Anchor::Left, colour::INK);
         view.draw_plan(svg, self.plan);
         view.clip(svg);
@@ -80,8 +83,19 @@ impl ParticlePicture<'_> {
         let so_far = self.track.iter().copied().take_while(|(stamp, _)| *stamp <= cloud.stamp);
         marks::plain_walk(svg, view, so_far.clone(), Pen::new("#ffffff", 4.6).faint(0.8));
         marks::plain_walk(svg, view, so_far, Pen::new(colour::PATH, 2.4));
+        if let Some(centre) = small_heap(view, &cloud.places) {
+            svg.circle(centre, RING_PX, "none", Pen::new(colour::RED, 2.0));
+        }
         svg.end_clip();
         let (width, height) = view.size_px();
         svg.frame(view.left_px, view.top_px, width, height, Pen::new(colour::FAINT_INK, 1.0));
     }
+}
+
+/// The middle of a cloud that has shrunk to a dot on the sheet.
+fn small_heap(view: &MapView, places: &[Pt2<Plan>]) -> Option<(f64, f64)> {
+    let bounds = Bounds::of(places.iter().copied())?;
+    let (low, high) = (view.px(Pt2::new(bounds.low.0, bounds.low.1)), view.px(Pt2::new(bounds.high.0, bounds.high.1)));
+    let small = (high.0 - low.0).max(low.1 - high.1) < 2.0 * RING_PX;
+    small.then_some((0.5 * (low.0 + high.0), 0.5 * (low.1 + high.1)))
 }

@@ -152,9 +152,10 @@ impl TrackPicture<'_> {
     fn legend(&self, svg: &mut Svg, left: f64) -> f64 {
         let mut y = TOP_PX + 8.0;
         svg.bold("The walk, coloured by time", (left, y), 9.5, Anchor::Left, colour::INK);
-        for i in 0..50 {
-            let share = f64::from(i) / 49.0;
-            svg.rect(left + 4.6 * f64::from(i), y + 10.0, 4.8, 13.0, &colour::of_time(share), 1.0);
+        for i in 0..46 {
+            // Whole pixels: no seams.
+            let share = f64::from(i) / 45.0;
+            svg.rect(left.round() + 5.0 * f64::from(i), (y + 10.0).round(), 5.0, 13.0, &colour::of_time(share), 1.0);
         }
         let seconds = self.track.first().zip(self.track.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp));
         svg.text("0 s", (left, y + 40.0), 9.0, Anchor::Left, colour::FAINT_INK);
