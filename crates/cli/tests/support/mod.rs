@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use planwalk::odometry::Solver;
 use planwalk::types::{Estimate, PlanPose, Seed, Stamp};
 use planwalk_sim::{OdometryNoise, Scene, simulate_odometry};
 
@@ -123,9 +122,4 @@ pub fn truth_of_camera(path: &Path) -> Vec<(Stamp, PlanPose)> {
         (Stamp::from_secs(n[0]).unwrap(), PlanPose::new(n[1], n[2], ahead.y.atan2(ahead.x)))
     };
     text.lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty()).map(pose).collect()
-}
-
-/// Both solvers by their names on the command line.
-pub fn solvers() -> [(&'static str, Solver); 2] {
-    [("five-point", Solver::FivePoint), ("eight-point", Solver::EightPoint)]
 }
