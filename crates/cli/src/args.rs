@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use planwalk::Method;
 use planwalk::locate::StartPrior;
 use planwalk::odometry::Solver;
 use planwalk::types::{OdometryScale, Seed};
@@ -211,6 +212,9 @@ pub struct LocateArgs {
     /// How surely the start is known, metres
     #[arg(long, value_name = "M", default_value_t = 0.5, requires = "start")]
     pub start_sigma: f64,
+    /// Localiser
+    #[arg(long, value_enum, default_value_t = MethodName::Planwalk)]
+    pub method: MethodName,
     /// Shared arguments.
     #[command(flatten)]
     pub common: Common,
@@ -250,6 +254,24 @@ impl From<SolverName> for Solver {
         match name {
             SolverName::FivePoint => Solver::FivePoint,
             SolverName::EightPoint => Solver::EightPoint,
+        }
+    }
+}
+
+/// Localisers by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodName {
+    /// Walls walked into and walls seen, scale found on the plan
+    Planwalk,
+    /// The baseline: the recipe of Chu 2013, walls walked into only, scale taken as true
+    Report,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Planwalk => Method::Planwalk,
+            MethodName::Report => Method::Report,
         }
     }
 }

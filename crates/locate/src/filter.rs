@@ -95,7 +95,7 @@ impl LocateOptions {
         }
     }
 
-    fn check(&self, plan: &FloorPlan) -> Result<(), LocateError> {
+    pub(crate) fn check(&self, plan: &FloorPlan) -> Result<(), LocateError> {
         let scale = self.scale;
         if !(scale.metres_per_unit > 0.0 && scale.metres_per_unit.is_finite() && (0.0..=3.0).contains(&scale.relative_sigma)) {
             let (metres_per_unit, relative_sigma) = (scale.metres_per_unit, scale.relative_sigma);

@@ -11,9 +11,9 @@ use crate::likelihood::Explained;
 use crate::smooth::{self, Smoothed};
 
 /// Hypotheses below this share of the mass are not reported, unless none is above it.
-const HYPOTHESIS_MIN: f64 = 0.01;
+pub(crate) const HYPOTHESIS_MIN: f64 = 0.01;
 /// Most hypotheses that are reported.
-const HYPOTHESES_MAX: usize = 6;
+pub(crate) const HYPOTHESES_MAX: usize = 6;
 /// Backward trajectories of the best hypothesis; 95 % radii from 200 are good to about 10 %. The others get a quarter.
 const TRAJECTORIES: usize = 200;
 
@@ -138,7 +138,7 @@ fn run(
     localizer.finish()
 }
 
-fn check(path: &Path) -> Result<(), LocateError> {
+pub(crate) fn check(path: &Path) -> Result<(), LocateError> {
     if path.steps.is_empty() {
         return Err(LocateError::EmptyPath { steps: 0 });
     }

@@ -8,6 +8,9 @@ use planwalk_types::{
 };
 use rand::Rng;
 
+#[path = "parts/report.rs"]
+mod report;
+
 #[path = "parts/real.rs"]
 mod real;
 

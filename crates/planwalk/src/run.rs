@@ -1,8 +1,12 @@
 //! The main job: what was walked in the video, and where on the plan is that?
 
-use planwalk_locate::{FilterView, Localization, Localizer, LocateError, LocateOptions, ScalePrior, StartPrior, localize_observed};
+use planwalk_locate::{
+    FilterView, Localization, Localizer, LocateError, LocateOptions, ReportOptions, ScalePrior, StartPrior, localize_by_report,
+    localize_observed,
+};
 use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, VisualOdometry};
 use planwalk_types::{Camera, FloorPlan, OdometryScale, Path, Plan, Pt2, Seed, Sighting, Stamp, VideoFrame};
+use serde::{Deserialize, Serialize};
 
 use crate::figure::ParticleCloud;
 
@@ -64,6 +68,26 @@ impl From<&Odometry> for Walk {
     }
 }
 
+/// How a walk is localised.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Ours: walls bumped into and walls seen, scale in the state, several runs, a verdict.
+    #[default]
+    Planwalk,
+    /// The recipe of Chu 2013, as the baseline to beat (see [`planwalk_locate::localize_by_report`]).
+    Report,
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Planwalk => "planwalk",
+            Self::Report => "report",
+        })
+    }
+}
+
 /// Options of [`localize`].
 #[derive(Debug, Clone, Copy)]
 pub struct LocalizeOptions {
@@ -71,6 +95,8 @@ pub struct LocalizeOptions {
     pub seed: Seed,
     /// Where the walk began, if that is known.
     pub start: Option<StartPrior>,
+    /// Which localiser.
+    pub method: Method,
 }
 
 /// A localised walk.
@@ -106,6 +132,11 @@ pub fn check_start(plan: &FloorPlan, options: &LocalizeOptions) -> Result<(), Lo
 /// # Errors
 /// [`LocateError`] when the walk or the start make no sense; not knowing the place is an answer, not an error.
 pub fn localize(walk: &Walk, plan: &FloorPlan, options: &LocalizeOptions, progress: &mut dyn FnMut(f64)) -> Result<Run, LocateError> {
+    if options.method == Method::Report {
+        let report = ReportOptions { start: options.start, ..ReportOptions::new(options.seed) };
+        let localization = localize_by_report(&walk.path, plan, &report, progress)?;
+        return Ok(Run { localization, clouds: Vec::new() });
+    }
     let mut locate = LocateOptions::new(options.seed, ScalePrior::of(walk.scale, &walk.path));
     locate.start = options.start;
     let moments = cloud_moments(&walk.path);

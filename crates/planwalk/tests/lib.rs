@@ -8,7 +8,7 @@ use planwalk::types::{
     CameraPose, Estimate, FloorPlan, Hypothesis, OdometryScale, Path, Plan, PlanPose, Pt2, Rigid3, ScaleEstimate, Seed, Sighting, Stamp,
     Status, TrackingState, Wall,
 };
-use planwalk::{LocalizeOptions, Walk, check_start, evaluate, localize};
+use planwalk::{LocalizeOptions, Method, Walk, check_start, evaluate, localize};
 
 fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Wall {
     Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) }
@@ -81,7 +81,7 @@ fn start() -> StartPrior {
 
 #[test]
 fn a_walk_from_a_known_start_is_found_and_its_particles_are_kept() {
-    let options = LocalizeOptions { seed: Seed(3), start: Some(start()) };
+    let options = LocalizeOptions { seed: Seed(3), start: Some(start()), method: Method::Planwalk };
     let mut shares = Vec::new();
     let run = localize(&walk(), &plan(), &options, &mut |share| shares.push(share)).unwrap();
     assert!(shares.windows(2).all(|w| w[0] <= w[1]) && shares.last() == Some(&1.0), "progress rises to 1");
@@ -94,9 +94,9 @@ fn a_walk_from_a_known_start_is_found_and_its_particles_are_kept() {
 
 #[test]
 fn a_start_off_the_plan_is_known_before_any_work() {
-    let far = LocalizeOptions { seed: Seed(1), start: Some(StartPrior { x: 900.0, ..start() }) };
+    let far = LocalizeOptions { seed: Seed(1), start: Some(StartPrior { x: 900.0, ..start() }), method: Method::Planwalk };
     assert!(check_start(&plan(), &far).unwrap_err().to_string().contains("off the plan"));
-    assert!(check_start(&plan(), &LocalizeOptions { seed: Seed(1), start: None }).is_ok());
+    assert!(check_start(&plan(), &LocalizeOptions { seed: Seed(1), start: None, method: Method::Planwalk }).is_ok());
 }
 
 fn estimates() -> Vec<Estimate> {

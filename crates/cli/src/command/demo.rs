@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use planwalk::types::{FloorPlan, Seed};
-use planwalk::{LocalizeOptions, Walk};
+use planwalk::{LocalizeOptions, Method, Walk};
 use planwalk_sim::Scene;
 
 use super::video::{Clip, follow};
@@ -29,7 +29,7 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     let frames = scene.frames().map(Ok::<_, Infallible>);
     let clip = Clip { frames, count: Some(scene.frame_count()), camera: scene.camera(), solver: SolverName::FivePoint, name: "demo" };
     let walk = Walk::from(&follow(&mut task, clip)?);
-    let options = LocalizeOptions { seed, start: None };
+    let options = LocalizeOptions { seed, start: None, method: Method::Planwalk };
     locate::localize(&mut task, &walk, &plan, &options, "demo: a simulated walk", &scene.truth_on_floor())?;
     task.end()
 }

@@ -17,7 +17,8 @@ pub fn run(args: &LocateArgs) -> Result<(), Failure> {
     // The plan first: it is quickly read, and a bad one should not cost a video's time.
     let plan = inputs::plan(&args.plan)?;
     task.note(plan.notes);
-    let options = LocalizeOptions { seed: task.result.seed, start: args.start.map(|s| s.prior(args.start_sigma)) };
+    let options =
+        LocalizeOptions { seed: task.result.seed, start: args.start.map(|s| s.prior(args.start_sigma)), method: args.method.into() };
     // A start off the plan is said now, not after minutes of video.
     planwalk::check_start(&plan.value, &options).map_err(refused)?;
     note_options(&mut task, args);
@@ -46,6 +47,7 @@ fn note_options(task: &mut Task, args: &LocateArgs) {
     task.option("start", args.start);
     task.option("start-sigma", args.start.map(|_| args.start_sigma));
     args.poses.note(task);
+    task.option("method", Some(planwalk::Method::from(args.method)));
 }
 
 fn from_video(task: &mut Task, args: &LocateArgs, path: &std::path::Path) -> Result<Walk, Failure> {
@@ -126,11 +128,13 @@ fn draw(task: &Task, run: &Run, plan: &FloorPlan, title: &str, truth: &[(Stamp, 
     let svg = picture.svg();
     task.draw("track", &svg)?;
     let walked: Vec<_> = found.track.iter().map(|e| (e.stamp, e.pose)).collect();
-    let particles = ParticlePicture { title, plan, track: &walked, moments: &run.clouds }.svg();
-    task.draw("particles", &particles)?;
+    let particles = (!run.clouds.is_empty()).then(|| ParticlePicture { title, plan, track: &walked, moments: &run.clouds }.svg());
+    if let Some(particles) = &particles {
+        task.draw("particles", particles)?;
+    }
     let mut pictures = vec![("The walk on the plan", svg.as_str())];
     pictures.extend(task.trajectory.as_deref().map(|svg| ("The camera's path by itself, before any plan", svg)));
-    pictures.push(("How it was found: where the walker might have been, as the walk went on", particles.as_str()));
+    pictures.extend(particles.as_deref().map(|svg| ("How it was found: where the walker might have been, as the walk went on", svg)));
     let page = planwalk::report::html(title, &pictures, &task.result, &found.track);
     task.output.write("report.html", page)
 }
