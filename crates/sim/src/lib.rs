@@ -11,6 +11,7 @@
 //! Frames: plan coordinates in metres, z up, floor at z = 0. The truth is the camera's: `plan_from_camera`.
 
 pub mod building;
+mod cast;
 mod error;
 mod look;
 pub mod odometry;
