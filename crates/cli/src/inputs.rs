@@ -45,7 +45,8 @@ pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<Video>, Fai
     }
     let camera = match &options.camera {
         Some(file) => {
-            let camera = planwalk_io::camera::read(file).map_err(|why| Failure::input("the camera file", why, file))?;
+            let camera =
+                planwalk_io::camera::read_for(file, (width, height)).map_err(|why| Failure::input("the camera file", why, file))?;
             camera.check_size(width, height).map_err(|why| Failure::input("the camera file", why, file))?;
             camera
         }
@@ -62,7 +63,7 @@ pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<Video>, Fai
 
 /// A path from a poses file, and what is known of its unit.
 pub fn poses(path: &Path, args: &PosesArgs) -> Result<Read<(planwalk::types::Path, OdometryScale)>, Failure> {
-    let options = PosesOptions { format: args.poses_format, frame: args.poses_frame };
+    let options = PosesOptions { format: args.poses_format, frame: args.poses_frame, fps: None };
     let file = planwalk_io::trajectory::read(path, &options).map_err(|why| Failure::input("the poses file", why, path))?;
     let scale = args.odometry_scale.unwrap_or(OdometryScale::Unknown);
     Ok(Read { value: (file.trajectory.to_path(&StepNoise::default()), scale), notes: file.notes })

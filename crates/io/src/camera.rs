@@ -53,6 +53,29 @@ pub enum CameraFileError {
     Camera(#[from] CameraError),
 }
 
+/// Reads a camera, of either layout, or a bare 3×3 matrix (7-Scenes' `camera-intrinsics.txt`, Stray Scanner's
+/// `camera_matrix.csv`), which says nothing of the pictures' size: they are then taken to be `size`, columns and rows.
+///
+/// # Errors
+/// [`CameraFileError`].
+pub fn read_for(path: &Path, size: (usize, usize)) -> Result<Camera, CameraFileError> {
+    match bare_matrix(&text::read(path)?) {
+        Some([fx, cx, fy, cy]) => {
+            let camera = Camera { fx, fy, cx, cy, source: IntrinsicsSource::Stated, ..Camera::phone_prior(size.0, size.1) };
+            Ok(camera.checked()?)
+        }
+        None => read(path),
+    }
+}
+
+/// fx, cx, fy, cy of a text that is nine numbers: `fx 0 cx 0 fy cy 0 0 1`.
+fn bare_matrix(text: &str) -> Option<[f64; 4]> {
+    let tokens = text::data_lines(text).flat_map(|(_, line)| line.split(|c: char| c == ',' || c.is_whitespace()));
+    let matrix: Vec<f64> = tokens.filter(|t| !t.is_empty()).map(|t| t.parse().ok()).collect::<Option<_>>()?;
+    let [fx, _, cx, a, fy, cy, b, c, one] = matrix[..] else { return None };
+    ((a, b, c, one) == (0.0, 0.0, 0.0, 1.0)).then_some([fx, cx, fy, cy])
+}
+
 /// Reads a camera, of either layout.
 ///
 /// # Errors
@@ -182,6 +205,18 @@ pub fn write(path: &Path, camera: &Camera) -> Result<(), CameraFileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bare_matrix_takes_the_size_of_the_video() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("camera-intrinsics.txt");
+        std::fs::write(&path, "5.85e+02\t0 3.2e+02\n0, 585.5, 240\n0 0 1\n").unwrap();
+        let camera = read_for(&path, (640, 480)).unwrap();
+        assert_eq!((camera.fx, camera.fy, camera.cx, camera.cy), (585.0, 585.5, 320.0, 240.0));
+        assert_eq!((camera.width, camera.height, camera.distortion), (640, 480, Distortion::NONE));
+        std::fs::write(&path, "1 2 3 4 5 6 7 8 9").unwrap();
+        assert!(read_for(&path, (640, 480)).is_err(), "any nine numbers are no camera");
+    }
 
     fn read_text(content: &str) -> Result<Camera, CameraFileError> {
         let dir = tempfile::tempdir().unwrap();

@@ -1,8 +1,11 @@
 //! Is this picture safe to open, and what is in it? Sizes are checked from the header, before any memory is taken.
 
+use std::io::BufWriter;
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits};
+use planwalk_types::GrayImage;
 
 /// Why a picture cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -75,6 +78,17 @@ pub(crate) fn open(path: &Path, limit: SizeLimit) -> Result<DynamicImage, Raster
     let mut picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     picture.apply_orientation(orientation);
     Ok(picture)
+}
+
+/// Writes a grey picture as PNG: quickly rather than as small as can be, because videos have thousands.
+pub(crate) fn write_png(path: &Path, picture: &GrayImage) -> Result<(), RasterError> {
+    let file = BufWriter::new(std::fs::File::create(path)?);
+    let encoder = PngEncoder::new_with_quality(file, CompressionType::Fast, FilterType::Up);
+    let (width, height) = (picture.width() as u32, picture.height() as u32);
+    encoder.write_image(picture.data(), width, height, ExtendedColorType::L8).map_err(|e| match e {
+        image::ImageError::IoError(why) => RasterError::Io(why),
+        other => RasterError::Unreadable { reason: other.to_string() },
+    })
 }
 
 #[cfg(test)]

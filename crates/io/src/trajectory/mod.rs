@@ -9,11 +9,13 @@
 //! | EuRoC | `ns, x, y, z, qw, qx, qy, qz, …` | as said, else body |
 //! | CARMEN | `ODOM x y theta … t host t`, else the odometry in `FLASER` | body |
 //! | CSV | columns by name: `t_s,x_m,y_m,yaw_rad` and their kin | as said, else body |
+//! | a folder | `*.pose.txt`, a 4×4 matrix `world ← camera` each; times by rate, else 30 Hz | camera |
 //!
 //! Pitfall: w is last in TUM and first in EuRoC.
 
 mod carmen;
 mod detect;
+mod folder;
 mod frames;
 mod rows;
 mod table;
@@ -39,6 +41,8 @@ pub enum PosesFormat {
     Carmen,
     /// A table with named columns.
     Csv,
+    /// A folder with a 4×4 matrix a file.
+    Matrices,
 }
 
 /// What a pose is the pose of.
@@ -70,7 +74,8 @@ impl FromStr for PosesFormat {
             "euroc" => Ok(Self::Euroc),
             "carmen" => Ok(Self::Carmen),
             "csv" => Ok(Self::Csv),
-            _ => Err(UnknownName { name: name.to_owned(), known: "tum, kitti, euroc, carmen or csv" }),
+            "matrices" => Ok(Self::Matrices),
+            _ => Err(UnknownName { name: name.to_owned(), known: "tum, kitti, euroc, carmen, csv or matrices" }),
         }
     }
 }
@@ -94,6 +99,8 @@ pub struct PosesOptions {
     pub format: Option<PosesFormat>,
     /// What the poses are of; `None` is the format's own: camera for KITTI, else body.
     pub frame: Option<PosesFrame>,
+    /// Poses per second of a folder of matrices.
+    pub fps: Option<f64>,
 }
 
 /// A trajectory, and how it was read.
@@ -213,13 +220,16 @@ struct RawPose {
 /// # Errors
 /// [`PosesError`], with the line.
 pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError> {
-    let text = text::read(path)?;
+    let mut notes = Vec::new();
+    let in_folder = path.is_dir();
+    let text = if in_folder { String::new() } else { text::read(path)? };
     let format = match options.format {
+        _ if in_folder => PosesFormat::Matrices,
         Some(format) => format,
         None => detect::format_of(&text)?,
     };
-    let mut notes = Vec::new();
     let poses = match format {
+        PosesFormat::Matrices => folder::read(path, options.fps, &mut notes)?,
         PosesFormat::Tum => rows::tum(&text, &mut notes)?,
         PosesFormat::Kitti => rows::kitti(&text, path, &mut notes)?,
         PosesFormat::Euroc => rows::euroc(&text)?,
@@ -235,7 +245,7 @@ pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError
             return Err(PosesError::StampsGoBack { line: pair[1].line, at_s, before_s });
         }
     }
-    let own = if format == PosesFormat::Kitti { PosesFrame::Camera } else { PosesFrame::Body };
+    let own = if matches!(format, PosesFormat::Kitti | PosesFormat::Matrices) { PosesFrame::Camera } else { PosesFrame::Body };
     let frame = options.frame.unwrap_or(own);
     let poses = match frame {
         PosesFrame::Camera => frames::body_from_camera(&poses, &mut notes),

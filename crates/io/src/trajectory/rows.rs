@@ -140,7 +140,7 @@ pub(super) fn quaternion(line: usize, w: f64, x: f64, y: f64, z: f64) -> Result<
     Ok(UnitQuaternion::from_quaternion(q))
 }
 
-fn rotation(line: usize, matrix: &Matrix3<f64>) -> Result<UnitQuaternion<f64>, PosesError> {
+pub(super) fn rotation(line: usize, matrix: &Matrix3<f64>) -> Result<UnitQuaternion<f64>, PosesError> {
     let off = (matrix * matrix.transpose() - Matrix3::identity()).abs().max();
     if off > 0.05 || matrix.determinant() < 0.0 {
         let reason = format!("its rows are {off:.3} off being perpendicular and of length 1, determinant {:.3}", matrix.determinant());

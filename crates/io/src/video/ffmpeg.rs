@@ -32,6 +32,23 @@ fn version() -> Option<String> {
     output.status.success().then_some(line)
 }
 
+/// Makes an MP4 of the frames of a folder (`000000.png`, …) where the `ffmpeg` program is there with an H.264 encoder; whether
+/// it did. For players: its stamps are of an even rate.
+pub fn encode_folder(folder: &Path, fps: f64, mp4: &Path) -> bool {
+    let rate = format!("{fps}");
+    let encode = Command::new("ffmpeg")
+        .args(["-nostdin", "-loglevel", "error", "-y", "-framerate", &rate, "-i"])
+        .arg(folder.join("%06d.png"))
+        // Players want 4:2:0, and even sizes.
+        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-f", "mp4"])
+        .arg(mp4)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    encode.is_ok_and(|status| status.success())
+}
+
 pub(super) struct Ffmpeg {
     child: Child,
     pixels: ChildStdout,

@@ -11,6 +11,8 @@ use crate::text;
 
 /// What frames without any time are taken to be, and a note says so.
 const ASSUMED_FPS: f64 = 30.0;
+/// Where a folder of frames says when each was taken.
+const TIMES_FILE: &str = "times.txt";
 const EXTENSIONS: [&str; 11] = ["png", "jpg", "jpeg", "pgm", "ppm", "pnm", "pbm", "bmp", "tif", "tiff", "webp"];
 
 pub(super) struct Folder {
@@ -25,7 +27,7 @@ pub(super) struct Folder {
 
 enum Stamps {
     Rate(f64),
-    Names(Vec<Stamp>),
+    Given(Vec<Stamp>),
 }
 
 impl Folder {
@@ -41,7 +43,7 @@ impl Folder {
         let first_file = files.first().ok_or(VideoError::NoImages)?;
         let first = decode(first_file)?;
         let extension = first_file.extension().map_or_else(String::new, |e| e.to_string_lossy().to_lowercase());
-        let (stamps, notes) = stamps(&files, fps);
+        let (stamps, notes) = stamps(path, &files, fps)?;
         let info = VideoInfo { backend: VideoBackend::Images, codec: format!("{extension} images"), rotation_deg: 0, dropped: 0, notes };
         Ok(Self { stamps, next: 0, size: (first.width(), first.height()), first: Some(first), info, files })
     }
@@ -59,7 +61,7 @@ impl Folder {
         let stamp = match &self.stamps {
             // At most 1e5 frames a second of at most 2^64 files: always a stamp; zero would be caught as going back.
             Stamps::Rate(fps) => Stamp::from_secs(i as f64 / fps).unwrap_or(Stamp(0)),
-            Stamps::Names(stamps) => stamps[i],
+            Stamps::Given(stamps) => stamps[i],
         };
         Ok(VideoFrame { stamp, image })
     }
@@ -93,16 +95,78 @@ impl VideoSource for Folder {
     }
 }
 
-/// Stamps of the frames: by the given rate, else by names that are times, else by the assumed rate.
-fn stamps(files: &[PathBuf], fps: Option<f64>) -> (Stamps, Vec<String>) {
+/// Stamps of the frames: by the given rate, else by `times.txt`, else by names that are times, else by the assumed rate.
+fn stamps(folder: &Path, files: &[PathBuf], fps: Option<f64>) -> Result<(Stamps, Vec<String>), VideoError> {
     if let Some(fps) = fps {
-        return (Stamps::Rate(fps), Vec::new());
+        return Ok((Stamps::Rate(fps), Vec::new()));
+    }
+    let table = folder.join(TIMES_FILE);
+    if table.is_file() {
+        let stamps = stamps_in_table(&table, files.len())?;
+        return Ok((Stamps::Given(stamps), vec![format!("the frames' times are those of {TIMES_FILE}")]));
     }
     if let Some(stamps) = stamps_in_names(files) {
-        return (Stamps::Names(stamps), vec!["the images' names are taken as their time stamps".to_owned()]);
+        return Ok((Stamps::Given(stamps), vec!["the images' names are taken as their time stamps".to_owned()]));
     }
     let note = format!("the images carry no time: {ASSUMED_FPS} frames per second are assumed; say --fps if you know it");
-    (Stamps::Rate(ASSUMED_FPS), vec![note])
+    Ok((Stamps::Rate(ASSUMED_FPS), vec![note]))
+}
+
+/// One time a line, seconds, one for each image (KITTI's `times.txt`).
+fn stamps_in_table(table: &Path, images: usize) -> Result<Vec<Stamp>, VideoError> {
+    let text = text::read(table)?;
+    let stamp = |(line, row): (usize, &str)| {
+        let token = row.split_whitespace().next().unwrap_or_default();
+        text::seconds(token).ok_or_else(|| VideoError::BadTime { line, value: token.to_owned() })
+    };
+    let stamps: Vec<Stamp> = text::data_lines(&text).map(stamp).collect::<Result<_, _>>()?;
+    if stamps.len() != images {
+        return Err(VideoError::TimesMismatch { times: stamps.len(), images });
+    }
+    match stamps.windows(2).position(|pair| pair[1] <= pair[0]) {
+        Some(before) => Err(VideoError::BadTime { line: before + 2, value: text::decimal_seconds(stamps[before + 1]) }),
+        None => Ok(stamps),
+    }
+}
+
+/// Writes frames into a folder as `000000.png`, …, and their times into `times.txt`: what [`super::open`] reads back.
+#[derive(Debug)]
+pub struct FolderWriter {
+    folder: PathBuf,
+    times: String,
+    count: usize,
+}
+
+impl FolderWriter {
+    /// Makes the folder.
+    ///
+    /// # Errors
+    /// [`VideoError::Io`].
+    pub fn new(folder: &Path) -> Result<Self, VideoError> {
+        std::fs::create_dir_all(folder)?;
+        Ok(Self { folder: folder.to_owned(), times: String::new(), count: 0 })
+    }
+
+    /// Writes one frame.
+    ///
+    /// # Errors
+    /// [`VideoError::Io`], [`VideoError::Image`].
+    pub fn push(&mut self, frame: &VideoFrame) -> Result<(), VideoError> {
+        let name = format!("{:06}.png", self.count);
+        raster::write_png(&self.folder.join(&name), &frame.image).map_err(|source| VideoError::Image { name, source })?;
+        self.times.push_str(&text::decimal_seconds(frame.stamp));
+        self.times.push('\n');
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Writes the times.
+    ///
+    /// # Errors
+    /// [`VideoError::Io`].
+    pub fn finish(self) -> Result<(), VideoError> {
+        Ok(std::fs::write(self.folder.join(TIMES_FILE), self.times)?)
+    }
 }
 
 /// Names that are all unix times, in nanoseconds (EuRoC: 16 to 19 digits) or in decimal seconds (TUM RGB-D), and increase.

@@ -22,6 +22,9 @@ use planwalk_types::VideoFrame;
 
 use crate::raster::RasterError;
 
+pub use ffmpeg::encode_folder;
+pub use folder::FolderWriter;
+
 /// Options of [`open`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct VideoOptions {
@@ -85,6 +88,22 @@ pub enum VideoError {
     BadFps {
         /// What was given.
         fps: f64,
+    },
+    /// A list of times of another length.
+    #[error("times.txt has {times} times for {images} images: give one line an image, or --fps")]
+    TimesMismatch {
+        /// Lines in it.
+        times: usize,
+        /// Images in the folder.
+        images: usize,
+    },
+    /// A time that is none.
+    #[error("line {line} of times.txt: \"{value}\" is no time after the one before, in seconds")]
+    BadTime {
+        /// Line, counted from 1.
+        line: usize,
+        /// What stands there.
+        value: String,
     },
     /// An image of a folder cannot be read.
     #[error("{name}: {source}")]

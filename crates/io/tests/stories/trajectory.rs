@@ -92,7 +92,7 @@ fn tables_are_read_by_their_names() {
 fn trajectory_as(format: PosesFormat, text: &str) -> Result<trajectory::PosesFile, PosesError> {
     let dir = folder();
     std::fs::write(dir.path().join("poses.txt"), text).unwrap();
-    trajectory::read(&dir.path().join("poses.txt"), &PosesOptions { format: Some(format), frame: None })
+    trajectory::read(&dir.path().join("poses.txt"), &PosesOptions { format: Some(format), frame: None, fps: None })
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_real_robots_way_is_as_long_as_it_was() {
 
 #[test]
 fn a_real_camera_walk_stays_on_its_floor_when_it_becomes_a_bodys() {
-    let options = PosesOptions { format: None, frame: Some(PosesFrame::Camera) };
+    let options = PosesOptions { format: None, frame: Some(PosesFrame::Camera), fps: None };
     // A camera on a plan (z up), and one in its own world (y down).
     for name in ["rendered_hilti/truth.tum", "kitti_odometry/KITTI_00_ORB.txt"] {
         let Some(path) = data(name) else { return };
@@ -185,4 +185,20 @@ fn a_real_camera_walk_stays_on_its_floor_when_it_becomes_a_bodys() {
         let up = up / file.trajectory.poses().len() as f64;
         assert!(up > 0.8, "{name}: the body's z axis is up to {up} on average; {:?}", file.notes);
     }
+}
+
+#[test]
+fn a_folder_of_matrices_is_a_trajectory_of_the_camera() {
+    let Some(path) = data("7scenes_redkitchen") else { return };
+    let file = trajectory::read(&path, &PosesOptions { fps: Some(30.0), ..Default::default() }).unwrap();
+    let poses = file.trajectory.poses();
+    assert_eq!((poses.len(), file.frame), (180, PosesFrame::Camera));
+    assert!((poses[179].0.as_secs() - 179.0 / 30.0).abs() < 1e-9);
+    // Hand-held: no two frames are farther apart than its README says, 3.6 cm.
+    let far = poses.windows(2).map(|w| (w[1].1.iso.translation.vector - w[0].1.iso.translation.vector).norm()).fold(0.0, f64::max);
+    assert!(far < 0.037, "{far} m");
+    let empty = folder();
+    assert!(matches!(trajectory::read(empty.path(), &PosesOptions::default()), Err(PosesError::Empty)));
+    std::fs::write(empty.path().join("a.pose.txt"), "1 2 3").unwrap();
+    assert!(matches!(trajectory::read(empty.path(), &PosesOptions::default()), Err(PosesError::Columns { got: 3, .. })));
 }

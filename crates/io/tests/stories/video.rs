@@ -52,6 +52,27 @@ fn images_come_in_the_order_people_count_and_at_the_given_rate() {
 }
 
 #[test]
+fn frames_that_are_written_are_read_back_with_their_times() {
+    let dir = folder();
+    let mut writer = video::FolderWriter::new(dir.path()).unwrap();
+    let image = |i: usize| planwalk_types::GrayImage::from_fn(9, 5, |u, v| (20 * i + 10 * v + u) as u8);
+    let stamps = [0, 66_666_667, 140_000_001];
+    for (i, stamp) in stamps.iter().enumerate() {
+        writer.push(&VideoFrame { stamp: Stamp(*stamp), image: image(i) }).unwrap();
+    }
+    writer.finish().unwrap();
+    let read = frames(dir.path());
+    assert_eq!(self::stamps(&read), stamps);
+    assert!(read.iter().enumerate().all(|(i, frame)| frame.image == image(i)));
+    std::fs::write(dir.path().join("times.txt"), "0\n1\n").unwrap();
+    assert!(matches!(open_error(dir.path()), VideoError::TimesMismatch { times: 2, images: 3 }));
+    std::fs::write(dir.path().join("times.txt"), "0\n1\n1\n").unwrap();
+    assert!(matches!(open_error(dir.path()), VideoError::BadTime { line: 3, .. }));
+    std::fs::write(dir.path().join("times.txt"), "0\nsoon\n2\n").unwrap();
+    assert!(open_error(dir.path()).to_string().contains("soon"));
+}
+
+#[test]
 fn a_rate_that_is_assumed_is_said_to_be() {
     let source = open(image_folder(&["a.png", "b.png"]).path()).unwrap();
     assert!(source.info().notes[0].contains("30 frames per second"), "{:?}", source.info().notes);
