@@ -25,7 +25,18 @@ pub fn sha256_of(path: &Path) -> io::Result<String> {
     } else {
         feed(&mut hasher, path)?;
     }
-    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex(hasher))
+}
+
+/// SHA-256 of bytes, in lower-case hex.
+pub fn sha256_of_bytes(bytes: &[u8]) -> String {
+    let mut hasher = Sha256::new();
+    hasher.update(bytes);
+    hex(hasher)
+}
+
+fn hex(hasher: Sha256) -> String {
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn feed(hasher: &mut Sha256, path: &Path) -> io::Result<()> {

@@ -1,10 +1,11 @@
 //! What does a person need to see? Drawings as SVG text, and as PNG through [`png_of`]; no fonts, no files, no network.
 //!
 //! [`TrackPicture`]: the walk on the plan with its doubt · [`TrajectoryPicture`]: the camera's path by itself ·
-//! [`PlacementPicture`]: all places where a path fits · [`ParticlePicture`]: the filter at work.
+//! [`PlacementPicture`]: all places where a path fits · [`ParticlePicture`]: the filter at work · [`BenchPicture`]: many walks.
 //!
 //! Plans are drawn y up, in metres; the sheet itself is SVG's pixels, y down.
 
+mod bench;
 mod colour;
 mod font;
 mod map;
@@ -16,6 +17,7 @@ pub(crate) mod svg;
 mod track;
 mod trajectory;
 
+pub use bench::BenchPicture;
 pub use particles::{ParticleCloud, ParticlePicture};
 pub use placement::PlacementPicture;
 pub use png::{PictureError, png_of};
