@@ -17,6 +17,12 @@ pub enum SimError {
         /// Greatest value.
         high: f64,
     },
+    /// A kind of building that is not known.
+    #[error("there is no kind of building named \"{name}\": take office, open_plan, flat, loop or round")]
+    NoSuchKind {
+        /// What was asked for.
+        name: String,
+    },
     /// Nowhere to walk, or not far enough.
     #[error(
         "no walk of {wanted_m:.1} m was found in {tries} tries (the longest has {found_m:.1} m): open more doors, walk for a shorter \
@@ -29,6 +35,16 @@ pub enum SimError {
         found_m: f64,
         /// Routes tried.
         tries: usize,
+    },
+    /// A plan on which nothing is inside.
+    #[error(
+        "of the plan's {free_m2:.1} m² of free floor, {inside_m2:.1} m² are inside a building: is the outline closed, and the scale right?"
+    )]
+    NoInside {
+        /// Free floor, m².
+        free_m2: f64,
+        /// Free floor inside, m².
+        inside_m2: f64,
     },
     /// The building makes no floor plan.
     #[error(transparent)]

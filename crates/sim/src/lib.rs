@@ -21,7 +21,7 @@ mod texture;
 pub mod walker;
 mod world;
 
-pub use building::{Building, BuildingOptions, Door, Room, RoomKind};
+pub use building::{Building, BuildingKind, BuildingOptions, Door, Lies, PlanWorldOptions, Room, RoomKind};
 pub use error::SimError;
 pub use look::Look;
 pub use odometry::{OdometryNoise, simulate_odometry};

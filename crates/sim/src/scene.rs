@@ -87,7 +87,7 @@ impl Scene {
     /// # Errors
     /// [`SimError`] when an option is outside its range, or when the building that the seed gives has no walk of that length.
     pub fn with_options(options: &SceneOptions) -> Result<Self, SimError> {
-        let building = Building::office(&options.building, options.seed)?;
+        let building = Building::generate(&options.building, options.seed)?;
         let focal_px = 0.8 * options.width as f64;
         let camera = Camera {
             fx: focal_px,

@@ -107,6 +107,13 @@ pub(crate) fn face(face: &Face, spot: Spot) -> f32 {
         SolidKind::Leaf => leaf(face, spot),
         SolidKind::Cupboard => cupboard(face, spot),
         SolidKind::Desk => desk(face, spot),
+        SolidKind::Shelf => shelf(face, spot),
+        SolidKind::Plant => plant(face, spot),
+        SolidKind::Bin => 0.22 + 0.3 * cell(1, 1, face.seed) + 0.25 * band(spot.v, face.z[1] as f32 - 0.05, 9.0, spot.fv),
+        SolidKind::Crate => crate_side(face, spot),
+        SolidKind::Whiteboard => whiteboard(face, spot),
+        SolidKind::Soft => soft(face, spot),
+        SolidKind::Counter => counter(face, spot),
     };
     for decor in &face.decor {
         let margin_u = 0.5 * spot.fu;
@@ -177,6 +184,82 @@ fn desk(face: &Face, spot: Spot) -> f32 {
     panel + board * (0.72 - panel)
 }
 
+/// Boards every 35 cm, books of any height and some gaps between them.
+fn shelf(face: &Face, spot: Spot) -> f32 {
+    let (width, height) = (face.length as f32, face.z[1] as f32);
+    let books = mosaic(spot.scaled(0.0, 0.0, 0.04, 0.35), face.seed);
+    let groups = mosaic(spot.scaled(0.0, 0.0, 0.27, 0.35), face.seed ^ 0x61);
+    // Where a group is missing one looks at the shadowed back.
+    let full = ((groups - 0.25) * 12.0).clamp(0.0, 1.0);
+    let inside = 0.10 + full * (0.05 + 0.75 * books);
+    let board = lines(spot.v / 0.35, 0.07, spot.fv / 0.35).max(1.0 - band(spot.u, 0.025, width - 0.025, spot.fu)).max(band(
+        spot.v,
+        height - 0.03,
+        9.0,
+        spot.fv,
+    ));
+    inside + board * (0.58 - inside)
+}
+
+/// Leaves over a pot.
+fn plant(face: &Face, spot: Spot) -> f32 {
+    let f = spot.fu.max(spot.fv);
+    let leaves = 0.26
+        + 0.16 * noise(spot.u * 14.0, spot.v * 9.0, 14.0 * f, face.seed)
+        + 0.10 * noise(spot.u * 34.0, spot.v * 25.0, 34.0 * f, face.seed ^ 0x33);
+    let pot = band(spot.v, -1.0, 0.34, spot.fv);
+    leaves + pot * (0.62 - leaves)
+}
+
+/// Cardboard with tape and a label.
+fn crate_side(face: &Face, spot: Spot) -> f32 {
+    let (width, height) = (face.length as f32, face.z[1] as f32);
+    let board = 0.50 + 0.03 * noise(spot.u * 60.0, spot.v * 4.0, 60.0 * spot.fu, face.seed);
+    let tape = band(spot.u, 0.5 * width - 0.03, 0.5 * width + 0.03, spot.fu) * band(spot.v, 0.6 * height, 9.0, spot.fv);
+    let label = band(spot.u, 0.08, 0.2, spot.fu) * band(spot.v, 0.15 * height, 0.15 * height + 0.09, spot.fv);
+    let taped = board + 0.18 * tape;
+    taped + label * (0.92 - taped)
+}
+
+/// White, with what was written last and a frame.
+fn whiteboard(face: &Face, spot: Spot) -> f32 {
+    let (width, low, high) = (face.length as f32, face.z[0] as f32, face.z[1] as f32);
+    if width < 0.4 {
+        return 0.55;
+    }
+    let inner = band(spot.u, 0.03, width - 0.03, spot.fu) * band(spot.v, low + 0.03, high - 0.03, spot.fv);
+    let words = mosaic(spot.scaled(0.0, low, 0.05, 0.07), face.seed);
+    let drawn = mosaic(spot.scaled(0.0, low, 0.31, 0.28), face.seed ^ 0x19);
+    let ink =
+        lines((spot.v - low) / 0.07, 0.4, spot.fv / 0.07) * (words * 2.4 - 0.9).clamp(0.0, 1.0) * ((drawn - 0.55) * 8.0).clamp(0.0, 1.0);
+    let frame = 0.50;
+    frame + inner * (0.88 - 0.45 * ink - frame)
+}
+
+/// Cloth with a seam every 70 cm, dark under its edge.
+fn soft(face: &Face, spot: Spot) -> f32 {
+    let f = spot.fu.max(spot.fv);
+    let tone = 0.25 + 0.4 * cell(5, 3, face.seed);
+    let cloth =
+        tone + 0.05 * noise(spot.u * 80.0, spot.v * 80.0, 80.0 * f, face.seed) + 0.05 * noise(spot.u * 7.0, spot.v * 7.0, 7.0 * f, 71);
+    let seam = lines(spot.u / 0.7, 0.03, spot.fu / 0.7).max(band(spot.v, 0.40, 0.42, spot.fv));
+    let foot = band(spot.v, -1.0, 0.10, spot.fv);
+    let cloth = cloth - 0.12 * seam;
+    cloth + foot * (0.10 - cloth)
+}
+
+/// Doors of 60 cm with handles under a worktop, a dark plinth.
+fn counter(face: &Face, spot: Spot) -> f32 {
+    let height = face.z[1] as f32;
+    let front = 0.74 - 0.35 * lines(spot.u / 0.6, 0.02, spot.fu / 0.6);
+    let handle = band(spot.v, height - 0.14, height - 0.115, spot.fv) * (1.0 - lines(spot.u / 0.6, 0.6, spot.fu / 0.6));
+    let top = band(spot.v, height - 0.045, 9.0, spot.fv);
+    let plinth = band(spot.v, -1.0, 0.10, spot.fv);
+    let value = front - 0.4 * handle;
+    let value = value + top * (0.34 - value);
+    value + plinth * (0.14 - value)
+}
+
 /// What a rectangle on the wall shows at a spot inside of it.
 fn hung(decor: &Decor, s: [f32; 2], z: [f32; 2], spot: Spot) -> f32 {
     let (width, height) = (s[1] - s[0], z[1] - z[0]);
@@ -206,6 +289,16 @@ fn hung(decor: &Decor, s: [f32; 2], z: [f32; 2], spot: Spot) -> f32 {
             0.16 + inside(0.02) * 0.75 * (3.0 * mark - 1.2).clamp(0.0, 1.0)
         }
         DecorKind::Window => window(decor, s, z, spot, inside(0.06)),
+        DecorKind::Glass => {
+            // Panes of 1.1 m between dark bars, a frosted band at the height of the eyes, dim furniture behind.
+            let bars = lines((spot.u - s[0]) / 1.1, 0.05, spot.fu / 1.1).max(1.0 - inside(0.05));
+            let f = spot.fu.max(spot.fv);
+            let behind =
+                0.52 + 0.12 * noise(spot.u * 1.7, spot.v * 2.3, 2.3 * f, decor.seed) + 0.05 * noise(spot.u * 9.0, spot.v * 5.0, 9.0 * f, 5);
+            let frosted = band(spot.v, 1.25, 1.55, spot.fv) * (0.6 + 0.4 * lines(spot.v / 0.05, 0.5, spot.fv / 0.05));
+            let pane = behind + frosted * (0.90 - behind);
+            pane + bars * (0.16 - pane)
+        }
     }
 }
 
@@ -232,7 +325,14 @@ pub(crate) fn lid(kind: SolidKind, spot: Spot) -> f32 {
             0.66 + if papers > 0.7 { 0.27 - 0.25 * ink } else { 0.03 * noise(spot.u * 30.0, spot.v * 4.0, 30.0 * f, 93) }
         }
         SolidKind::Lintel => 0.42,
-        SolidKind::Wall | SolidKind::Leaf | SolidKind::Cupboard => 0.5,
+        SolidKind::Counter => 0.36 + 0.05 * noise(spot.u * 60.0, spot.v * 60.0, 60.0 * f, 94),
+        SolidKind::Soft => {
+            0.45 + 0.06 * noise(spot.u * 80.0, spot.v * 80.0, 80.0 * f, 95) + 0.06 * noise(spot.u * 5.0, spot.v * 5.0, 5.0 * f, 96)
+        }
+        SolidKind::Plant => 0.24 + 0.2 * noise(spot.u * 16.0, spot.v * 16.0, 16.0 * f, 97),
+        SolidKind::Bin => 0.15,
+        SolidKind::Crate => 0.55 + 0.2 * lines(spot.u / 0.5, 0.1, spot.fu / 0.5),
+        SolidKind::Wall | SolidKind::Leaf | SolidKind::Cupboard | SolidKind::Shelf | SolidKind::Whiteboard => 0.5,
     }
 }
 
@@ -240,6 +340,23 @@ pub(crate) fn lid(kind: SolidKind, spot: Spot) -> f32 {
 pub(crate) fn floor(kind: RoomKind, spot: Spot) -> f32 {
     let f = spot.fu.max(spot.fv);
     match kind {
+        RoomKind::Living | RoomKind::Bedroom => {
+            // Boards of 14 cm, each of its own tone, joints between them.
+            let tone = mosaic(spot.scaled(0.0, 0.0, 1.9, 0.14), 61);
+            let wood = 0.46
+                + 0.14 * (tone - 0.5)
+                + 0.05 * noise(spot.u * 5.0, spot.v * 60.0, 60.0 * f, 62)
+                + 0.03 * noise(spot.u * 40.0, spot.v * 90.0, 90.0 * f, 63);
+            let joint = lines(spot.v / 0.14, 0.03, spot.fv / 0.14);
+            wood + joint * (0.26 - wood)
+        }
+        RoomKind::Kitchen | RoomKind::Bath => {
+            let side = if kind == RoomKind::Bath { 0.15 } else { 0.33 };
+            let tone = mosaic(spot.scaled(0.0, 0.0, side, side), 64);
+            let tile = 0.58 + 0.12 * (tone - 0.5) + 0.05 * noise(spot.u * 30.0, spot.v * 30.0, 30.0 * f, 65);
+            let joint = lines(spot.u / side, 0.03, spot.fu / side).max(lines(spot.v / side, 0.03, spot.fv / side));
+            tile + joint * (0.32 - tile)
+        }
         RoomKind::Corridor | RoomKind::Hall => {
             // Stone tiles of different tone, with joints, worn.
             let side = if kind == RoomKind::Hall { 0.6 } else { 0.4 };
@@ -251,7 +368,14 @@ pub(crate) fn floor(kind: RoomKind, spot: Spot) -> f32 {
             let joint = lines(spot.u / side, 0.016, spot.fu / side).max(lines(spot.v / side, 0.016, spot.fv / side));
             stone + joint * (0.20 - stone)
         }
-        RoomKind::Office => {
+        RoomKind::Open => {
+            // Carpet in squares of 50 cm, laid in turns.
+            let tone = mosaic(spot.scaled(0.0, 0.0, 0.5, 0.5), 34);
+            0.34 + 0.07 * (tone - 0.5)
+                + 0.06 * noise(spot.u * 85.0, spot.v * 85.0, 85.0 * f, 35)
+                + 0.05 * noise(spot.u * 26.0, spot.v * 26.0, 26.0 * f, 36)
+        }
+        RoomKind::Office | RoomKind::Meeting => {
             // Carpet: specks of wool, and wear.
             0.33 + 0.06 * noise(spot.u * 90.0, spot.v * 90.0, 90.0 * f, 31)
                 + 0.05 * noise(spot.u * 28.0, spot.v * 28.0, 28.0 * f, 32)

@@ -1,55 +1,38 @@
 //! What is built? Walls with door openings, the rooms between them, and the plan that is drawn of them.
 //!
 //! Walls are stored by their centre lines, already cut at every opening. A plan draws all doors as openings: it does not know
-//! which of them are shut today.
+//! which of them are shut today; and it may lie about walls, see [`Lies`].
+//!
+//! Options ─▶ layout of its kind (rooms, lines with doors) ─▶ cut ([`Building::generate`]); or
+//! plan ─▶ outlines of its walls, regions of its floor ([`Building::from_plan`], where walls are surfaces without thickness).
 
-mod generate;
+mod flat;
+mod large_office;
+mod lies;
+mod office;
+mod open_plan;
+mod options;
+mod raster;
+mod regions;
+mod ring;
+mod room;
+mod round;
+mod sketch;
+mod traced;
+mod tracing;
 
-use planwalk_types::{Cell, FloorPlan, Plan, PlanError, Pt2, Seed, Wall};
+use std::sync::Arc;
 
-use crate::error::{SimError, in_range};
-use crate::world::wall_solids;
+use planwalk_types::{FloorPlan, Plan, PlanError, Pt2, Seed, Wall};
 
-/// What a room is for; decides floor, light and what hangs on its walls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RoomKind {
-    /// Desks and a carpet.
-    Office,
-    /// Where doors lead to: tiles, notice boards, signs.
-    Corridor,
-    /// A large room where people arrive: tiles.
-    Hall,
-    /// Shelves and bare walls.
-    Store,
-}
-
-/// An axis-parallel rectangle of floor between centre lines of walls.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Room {
-    /// What it is for.
-    pub kind: RoomKind,
-    /// Lower left corner, metres.
-    pub low: Pt2<Plan>,
-    /// Upper right corner, metres.
-    pub high: Pt2<Plan>,
-}
-
-impl Room {
-    /// The middle of the room.
-    pub fn centre(&self) -> Pt2<Plan> {
-        Pt2::new(0.5 * (self.low.x + self.high.x), 0.5 * (self.low.y + self.high.y))
-    }
-
-    /// Whether a point lies in it.
-    pub fn holds(&self, point: Pt2<Plan>) -> bool {
-        point.x >= self.low.x && point.x <= self.high.x && point.y >= self.low.y && point.y <= self.high.y
-    }
-
-    /// Floor area, m².
-    pub fn area_m2(&self) -> f64 {
-        (self.high.x - self.low.x) * (self.high.y - self.low.y)
-    }
-}
+use crate::error::SimError;
+use crate::world::{SolidKind, wall_solids};
+pub use options::{BuildingKind, BuildingOptions, Lies, PlanWorldOptions};
+use raster::draw;
+pub(crate) use raster::fill;
+pub(crate) use room::bounds_of;
+pub use room::{Room, RoomKind};
+use traced::Traced;
 
 /// An opening in a wall, with or without a shut leaf in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,40 +60,17 @@ impl Door {
     }
 }
 
-/// Options of [`Building::office`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BuildingOptions {
-    /// Width of the building, metres; drawn ± 5 % around it.
-    pub width_m: f64,
-    /// Depth of the building, metres; drawn ± 5 % around it.
-    pub depth_m: f64,
-    /// Probability that a door which need not be open is open, 0..=1.
-    pub open_doors: f64,
-}
-
-impl Default for BuildingOptions {
-    /// A small office of about 20 m × 14 m with two thirds of its doors open.
-    fn default() -> Self {
-        Self { width_m: 20.0, depth_m: 14.0, open_doors: 0.65 }
-    }
-}
-
-impl BuildingOptions {
-    fn check(&self) -> Result<(), SimError> {
-        in_range("the building's width in metres", self.width_m, 17.0, 40.0)?;
-        in_range("the building's depth in metres", self.depth_m, 12.0, 30.0)?;
-        in_range("the probability of an open door", self.open_doors, 0.0, 1.0)
-    }
-}
-
 /// Walls, doors and rooms of one floor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Building {
-    /// Centre lines of the walls, cut at every opening, metres.
+    /// Centre lines of the walls as built, cut at every opening, metres. Where the thickness is 0 they are surfaces, with the
+    /// room to their right.
     pub walls: Vec<Wall>,
+    /// The same as drawn on the plan: some of these walls were never built, and some that were are not among them.
+    pub drawn: Vec<Wall>,
     /// The openings.
     pub doors: Vec<Door>,
-    /// The rooms; a corridor with a bend is two of them.
+    /// The rooms; a corridor with a bend may be two of them.
     pub rooms: Vec<Room>,
     /// Thickness of the walls, metres.
     pub thickness_m: f64,
@@ -118,17 +78,61 @@ pub struct Building {
     pub height_m: f64,
     /// Clear height of the doors, metres.
     pub door_height_m: f64,
+    /// Whether desks and cupboards are all its furniture: so in a small office.
+    pub(crate) plain: bool,
+    /// The plan that it was traced from.
+    traced: Option<Arc<Traced>>,
 }
 
+/// No room's number in a grid of rooms.
+pub(crate) const NO_ROOM: u16 = u16::MAX;
+/// Up to this size an office has one corridor with a bend, metres.
+const SMALL_OFFICE_M: (f64, f64) = (26.0, 17.0);
+
 impl Building {
-    /// A small office: a corridor with a bend and a dead end, eight or nine rooms of different sizes, some of their doors shut,
-    /// mirrored by chance. The same seed gives the same building.
+    /// A building of the kind and size that the options say. The same seed gives the same building.
     ///
     /// # Errors
-    /// [`SimError::Option`] for a size that no such office has.
-    pub fn office(options: &BuildingOptions, seed: Seed) -> Result<Self, SimError> {
+    /// [`SimError::Option`] for a size that no such building has.
+    pub fn generate(options: &BuildingOptions, seed: Seed) -> Result<Self, SimError> {
+        let size_m = options.size_m()?;
+        let mut rng = seed.derive("building", 0);
+        let (sketch, size_m) = match options.kind {
+            BuildingKind::Office if size_m.0 <= SMALL_OFFICE_M.0 && size_m.1 <= SMALL_OFFICE_M.1 => office::small(size_m, &mut rng),
+            BuildingKind::Office => large_office::layout(size_m, &mut rng),
+            BuildingKind::OpenPlan => open_plan::layout(size_m, &mut rng),
+            BuildingKind::Flat => flat::layout(size_m, &mut rng),
+            BuildingKind::Loop => ring::layout(size_m, &mut rng),
+            BuildingKind::Round => round::layout(size_m, &mut rng),
+        };
+        Ok(sketch.build(options, size_m, seed, &mut rng))
+    }
+
+    /// The world of a given plan: its walls as high as the storey, its floor split into rooms, no doors in its openings.
+    ///
+    /// Cells finer than 5 cm are put together. Walls are traced around the plan's wall cells; what
+    /// [`FloorPlan::inside`] says is outside is not walked, neither is what the plan does not know.
+    ///
+    /// # Errors
+    /// [`SimError::Option`] for options out of range, [`SimError::NoInside`] where nothing is inside.
+    pub fn from_plan(plan: &FloorPlan, options: &PlanWorldOptions, seed: Seed) -> Result<Self, SimError> {
         options.check()?;
-        Ok(generate::office(options, seed))
+        traced::build(plan, options, seed)
+    }
+
+    /// A storey in which nothing is built yet.
+    fn empty() -> Self {
+        Self {
+            walls: Vec::new(),
+            drawn: Vec::new(),
+            doors: Vec::new(),
+            rooms: Vec::new(),
+            thickness_m: 0.12,
+            height_m: 2.7,
+            door_height_m: 2.1,
+            plain: false,
+            traced: None,
+        }
     }
 
     /// The plan as it is drawn: walls as thick as they are, every door an opening, nothing of the furniture.
@@ -139,43 +143,89 @@ impl Building {
         if self.walls.is_empty() {
             return Err(PlanError::NoWalls);
         }
-        // Drawn from centre lines first: that gives the grid and checks the numbers. Then the walls get their thickness.
-        let grid = FloorPlan::from_walls(&self.walls, cell_m, margin_m)?;
-        let (width, height, origin) = (grid.width(), grid.height(), grid.origin());
-        let mut cells = vec![Cell::Free; width * height];
-        // Where cells are coarser than walls are thick, walls are as thick as cells: else they would have holes.
-        let reach = (0.5 * (cell_m - self.thickness_m)).max(0.0) + 1e-9;
-        let index = |v: f64, count: usize| ((v / cell_m).floor().max(0.0) as usize).min(count - 1);
-        for solid in wall_solids(self) {
-            let Wall { from, to } = solid.line;
-            let around = solid.half_m + reach + cell_m;
-            let (left, right) = (from.x.min(to.x) - around - origin.x, from.x.max(to.x) + around - origin.x);
-            let (low, high) = (from.y.min(to.y) - around - origin.y, from.y.max(to.y) + around - origin.y);
-            for row in index(low, height)..=index(high, height) {
-                for column in index(left, width)..=index(right, width) {
-                    if solid.distance(grid.centre(column, row)) <= reach {
-                        cells[row * width + column] = Cell::Wall;
-                    }
-                }
-            }
+        if let Some(traced) = &self.traced {
+            return traced.plan(&traced.drawn, cell_m, margin_m);
         }
-        FloorPlan::new(origin, cell_m, width, height, cells)
+        draw(&self.drawn, &wall_solids(&self.drawn, self.thickness_m, self.height_m), cell_m, margin_m)
+    }
+
+    /// What one would measure in the empty building today: the walls that are there, and shut doors.
+    ///
+    /// # Errors
+    /// As [`FloorPlan::new`].
+    pub fn as_built(&self, cell_m: f64, margin_m: f64) -> Result<FloorPlan, PlanError> {
+        if self.walls.is_empty() {
+            return Err(PlanError::NoWalls);
+        }
+        if let Some(traced) = &self.traced {
+            return traced.plan(&traced.built, cell_m, margin_m);
+        }
+        let mut solids = wall_solids(&self.walls, self.thickness_m, self.height_m);
+        solids.extend(self.shut_doors().map(|door| crate::world::Solid::new(door, 0.022, [0.0, self.door_height_m], SolidKind::Leaf)));
+        draw(&self.drawn, &solids, cell_m, margin_m)
+    }
+
+    /// Every line that a ray meets at the height of the eyes in the empty building: both faces and the ends of each wall that is
+    /// there, and shut doors. Lines may lie inside other walls where walls meet; no ray gets there.
+    pub fn solid_lines(&self) -> Vec<Wall> {
+        if self.thickness_m == 0.0 {
+            return self.walls.iter().copied().chain(self.shut_doors()).collect();
+        }
+        let walls = wall_solids(&self.walls, self.thickness_m, self.height_m);
+        walls.iter().flat_map(crate::world::Solid::sides).chain(self.shut_doors()).collect()
+    }
+
+    fn shut_doors(&self) -> impl Iterator<Item = Wall> + '_ {
+        self.doors.iter().filter(|door| !door.open).map(|door| door.opening)
     }
 
     /// The room that holds this point.
     pub fn room_at(&self, point: Pt2<Plan>) -> Option<usize> {
+        if let Some(traced) = &self.traced {
+            return traced.room_at(point);
+        }
         self.rooms.iter().position(|room| room.holds(point))
+    }
+
+    /// The room of each cell of a grid, whose cell (i, j) has its centre at `origin + (i + ½, j + ½) · cell_m`; [`NO_ROOM`] elsewhere.
+    pub(crate) fn room_cells(&self, origin: [f64; 2], cell_m: f64, size: [usize; 2]) -> Vec<u16> {
+        let mut cells = vec![NO_ROOM; size[0] * size[1]];
+        if let Some(traced) = &self.traced {
+            for (i, cell) in cells.iter_mut().enumerate() {
+                let centre = |k: usize, axis: usize| origin[axis] + (k as f64 + 0.5) * cell_m;
+                let room = traced.room_at(Pt2::new(centre(i % size[0], 0), centre(i / size[0], 1)));
+                *cell = room.map_or(NO_ROOM, |room| room as u16);
+            }
+            return cells;
+        }
+        // Where rooms overlap the first one counts, as in `room_at`.
+        for (i, room) in self.rooms.iter().enumerate().take(usize::from(NO_ROOM)).rev() {
+            room.paint(i as u16, origin, cell_m, size, &mut cells);
+        }
+        cells
+    }
+
+    /// Whether what lies behind a wall's surface is outdoors; `n` is the surface's normal.
+    pub(crate) fn outdoors_behind(&self, surface: Pt2<Plan>, n: [f64; 2]) -> bool {
+        let behind = |m: f64| Pt2::new(surface.x - m * n[0], surface.y - m * n[1]);
+        match &self.traced {
+            None => self.room_at(behind(2.0 * self.thickness_m)).is_none(),
+            Some(traced) => traced.outdoors_behind(behind),
+        }
+    }
+
+    /// Whether a point lies inside the walls of a traced plan.
+    pub(crate) fn is_in_wall(&self, point: Pt2<Plan>) -> bool {
+        self.traced.as_ref().is_some_and(|traced| traced.is_wall(point))
     }
 
     /// Lower left and upper right corner of everything built; both at the origin where nothing is.
     pub fn bounds(&self) -> (Pt2<Plan>, Pt2<Plan>) {
-        let ends = || self.walls.iter().flat_map(|w| [w.from, w.to]);
         if self.walls.is_empty() {
             return (Pt2::new(0.0, 0.0), Pt2::new(0.0, 0.0));
         }
-        let low = ends().fold((f64::INFINITY, f64::INFINITY), |l, p| (l.0.min(p.x), l.1.min(p.y)));
-        let high = ends().fold((f64::NEG_INFINITY, f64::NEG_INFINITY), |h, p| (h.0.max(p.x), h.1.max(p.y)));
-        (Pt2::new(low.0, low.1), Pt2::new(high.0, high.1))
+        let ends: Vec<Pt2<Plan>> = self.walls.iter().flat_map(|w| [w.from, w.to]).collect();
+        bounds_of(&ends)
     }
 }
 
@@ -193,7 +243,7 @@ mod tests {
     use super::*;
 
     fn office(seed: u64) -> Building {
-        Building::office(&BuildingOptions::default(), Seed(seed)).unwrap()
+        Building::generate(&BuildingOptions::default(), Seed(seed)).unwrap()
     }
 
     #[test]
@@ -242,7 +292,7 @@ mod tests {
     fn fewer_doors_are_open_where_one_asks_for_it() {
         let open = |open_doors: f64| {
             let options = BuildingOptions { open_doors, ..Default::default() };
-            Building::office(&options, Seed(5)).unwrap().doors.iter().filter(|d| d.open).count()
+            Building::generate(&options, Seed(5)).unwrap().doors.iter().filter(|d| d.open).count()
         };
         assert!(open(0.0) < open(1.0));
         // The hall's door to the corridor alone.
@@ -251,9 +301,9 @@ mod tests {
 
     #[test]
     fn sizes_that_are_no_office_are_refused() {
-        let odd = |width_m: f64, open_doors: f64| BuildingOptions { width_m, open_doors, ..Default::default() };
-        assert!(matches!(Building::office(&odd(f64::NAN, 0.5), Seed(1)), Err(SimError::Option { .. })));
-        assert!(matches!(Building::office(&odd(1e6, 0.5), Seed(1)), Err(SimError::Option { .. })));
-        assert!(matches!(Building::office(&odd(20.0, 1.5), Seed(1)), Err(SimError::Option { .. })));
+        let odd = |width_m: f64, open_doors: f64| BuildingOptions { width_m: Some(width_m), open_doors, ..Default::default() };
+        assert!(matches!(Building::generate(&odd(f64::NAN, 0.5), Seed(1)), Err(SimError::Option { .. })));
+        assert!(matches!(Building::generate(&odd(1e6, 0.5), Seed(1)), Err(SimError::Option { .. })));
+        assert!(matches!(Building::generate(&odd(20.0, 1.5), Seed(1)), Err(SimError::Option { .. })));
     }
 }

@@ -96,7 +96,7 @@ impl Walk {
         let mut good = 0;
         for attempt in 0..TRIES {
             let mut rng = seed.derive("route", attempt as u64);
-            let Some(route) = map.route(building, wanted_m, &mut rng) else { continue };
+            let Some(route) = map.route(wanted_m, &mut rng) else { continue };
             found_m = found_m.max(route.length_m());
             if route.length_m() < wanted_m {
                 continue;

@@ -6,13 +6,27 @@ use std::collections::BinaryHeap;
 use planwalk_types::{Plan, Pt2, StreamRng};
 use rand::RngExt;
 
-use crate::building::{Building, RoomKind};
+use crate::building::{Building, NO_ROOM, RoomKind};
 use crate::world::World;
 
 /// Cell of the map, metres: a door of 1 m is ten cells.
 const CELL_M: f64 = 0.1;
+/// The same where doors are narrow: the middle of a doorway must not fall between two cells.
+const FINE_CELL_M: f64 = 0.05;
+/// A narrower door asks for the fine cells, metres.
+const NARROW_DOOR_M: f64 = 0.95;
 /// Cells closer to something than this are not walked; a little over the clearance, for the sway and for cut corners.
 const KEEP_OFF_M: f64 = 0.42;
+/// The same where doors are narrow or not known.
+const KEEP_OFF_NARROW_M: f64 = 0.385;
+/// Clearance is not measured beyond this, metres: nothing here asks for more.
+const LOOK_M: f64 = 1.0;
+/// A larger room has goals in each of its parts, m².
+const LARGE_M2: f64 = 100.0;
+/// Side of such a part, metres.
+const PART_M: f64 = 8.0;
+/// No place.
+const NOWHERE: u32 = u32::MAX;
 /// Where there is more room than this, one does not care.
 const AT_EASE_M: f64 = 0.85;
 /// Rooms' goals lie at least this far from everything, metres: room to turn round.
@@ -25,11 +39,22 @@ const POINT_M: f64 = 0.05;
 /// Free space and how far it is from everything.
 pub(super) struct FreeMap {
     origin: Pt2<Plan>,
+    cell_m: f64,
     width: usize,
     height: usize,
+    keep_off_m: f64,
     clearance: Vec<f32>,
-    /// Cells of each room in which a goal may lie.
-    goals: Vec<Vec<usize>>,
+    /// Which cells one can reach from each other; [`NOWHERE`] for those that are not walked.
+    component: Vec<u32>,
+    /// Places to go: rooms, or parts of large ones.
+    places: Vec<Place>,
+}
+
+/// Somewhere to go.
+struct Place {
+    kind: RoomKind,
+    /// Cells in which a goal may lie.
+    goals: Vec<usize>,
 }
 
 /// A way, one point every 5 cm.
@@ -55,34 +80,108 @@ impl Route {
 impl FreeMap {
     pub fn new(building: &Building, world: &World) -> Self {
         let (low, high) = building.bounds();
-        let (width, height) = (((high.x - low.x) / CELL_M).ceil() as usize + 1, ((high.y - low.y) / CELL_M).ceil() as usize + 1);
-        let mut map = Self { origin: low, width, height, clearance: Vec::new(), goals: vec![Vec::new(); building.rooms.len()] };
-        map.clearance = (0..width * height).map(|i| world.clearance(map.centre(i)) as f32).collect();
-        for i in 0..width * height {
-            if f64::from(map.clearance[i]) >= GOAL_CLEAR_M
-                && let Some(room) = building.room_at(map.centre(i))
-            {
-                map.goals[room].push(i);
-            }
-        }
+        let narrow = building.doors.iter().any(|door| door.open && door.width_m() < NARROW_DOOR_M);
+        let cell_m = if narrow { FINE_CELL_M } else { CELL_M };
+        let keep_off_m = if narrow || building.doors.is_empty() { KEEP_OFF_NARROW_M } else { KEEP_OFF_M };
+        let (width, height) = (((high.x - low.x) / cell_m).ceil() as usize + 1, ((high.y - low.y) / cell_m).ceil() as usize + 1);
+        let count = width * height;
+        let mut map = Self {
+            origin: low,
+            cell_m,
+            width,
+            height,
+            keep_off_m,
+            clearance: Vec::new(),
+            component: vec![NOWHERE; count],
+            places: Vec::new(),
+        };
+        let rooms = building.room_cells([low.x, low.y], cell_m, [width, height]);
+        // Outdoors is not walked; in doorways there may be no room.
+        let indoors = |i: usize| rooms[i] != NO_ROOM || !building.doors.is_empty();
+        map.clearance = (0..count).map(|i| if indoors(i) { world.clearance_up_to(map.centre(i), LOOK_M) as f32 } else { 0.0 }).collect();
+        map.find_components();
+        map.find_places(building, &rooms);
         map
+    }
+
+    fn walked(&self, i: usize) -> bool {
+        f64::from(self.clearance[i]) >= self.keep_off_m
+    }
+
+    /// Floods what can be walked.
+    fn find_components(&mut self) {
+        let mut next = 0;
+        let mut open = Vec::new();
+        for start in 0..self.clearance.len() {
+            if !self.walked(start) || self.component[start] != NOWHERE {
+                continue;
+            }
+            self.component[start] = next;
+            open.push(start);
+            while let Some(cell) = open.pop() {
+                for near in self.neighbours(cell) {
+                    if self.walked(near) && self.component[near] == NOWHERE {
+                        self.component[near] = next;
+                        open.push(near);
+                    }
+                }
+            }
+            next += 1;
+        }
+    }
+
+    fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + use<> {
+        let (x, y, width, height) = (cell % self.width, cell / self.width, self.width, self.height);
+        WAYS.into_iter().filter_map(move |(dx, dy)| {
+            let (nx, ny) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            (nx < width && ny < height).then_some(ny * width + nx)
+        })
+    }
+
+    /// Goals of each room; of each part of a large one.
+    fn find_places(&mut self, building: &Building, rooms: &[u16]) {
+        // The first place of each room, its lower left corner, and its parts along x.
+        let mut parts: Vec<(usize, Pt2<Plan>, usize)> = Vec::new();
+        for room in &building.rooms {
+            let (low, high) = room.bounds();
+            let large = room.area_m2() > LARGE_M2;
+            let along = |from: f64, to: f64| if large { ((to - from) / PART_M).ceil().max(1.0) as usize } else { 1 };
+            parts.push((self.places.len(), low, along(low.x, high.x)));
+            let count = along(low.x, high.x) * along(low.y, high.y);
+            self.places.extend((0..count).map(|_| Place { kind: room.kind, goals: Vec::new() }));
+        }
+        for (i, room) in rooms.iter().enumerate() {
+            if f64::from(self.clearance[i]) < GOAL_CLEAR_M {
+                continue;
+            }
+            let Some((first, low, columns)) = parts.get(usize::from(*room)) else { continue };
+            let next = parts.get(usize::from(*room) + 1).map_or(self.places.len(), |p| p.0);
+            let p = self.centre(i);
+            let part = |v: f64| (v / PART_M).max(0.0) as usize;
+            let place = if next - first == 1 { *first } else { first + part(p.y - low.y) * columns + part(p.x - low.x).min(columns - 1) };
+            self.places[place.min(next - 1)].goals.push(i);
+        }
     }
 
     fn centre(&self, i: usize) -> Pt2<Plan> {
         let (x, y) = ((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
-        Pt2::new(self.origin.x + x * CELL_M, self.origin.y + y * CELL_M)
+        Pt2::new(self.origin.x + x * self.cell_m, self.origin.y + y * self.cell_m)
     }
 
     /// A way from room to room that is at least `wanted_m` long, or as long as it gets; `None` where one cannot walk at all.
-    pub fn route(&self, building: &Building, wanted_m: f64, rng: &mut StreamRng) -> Option<Route> {
-        let mut usable: Vec<usize> = (0..self.goals.len()).filter(|r| !self.goals[*r].is_empty()).collect();
-        let start_rooms: Vec<usize> = usable.iter().copied().filter(|r| building.rooms[*r].kind != RoomKind::Corridor).collect();
+    pub fn route(&self, wanted_m: f64, rng: &mut StreamRng) -> Option<Route> {
+        let goals = |r: usize| &self.places[r].goals;
+        let mut usable: Vec<usize> = (0..self.places.len()).filter(|r| !goals(*r).is_empty()).collect();
+        let mut start_rooms: Vec<usize> = usable.iter().copied().filter(|r| self.places[*r].kind != RoomKind::Corridor).collect();
+        if start_rooms.is_empty() {
+            start_rooms.clone_from(&usable);
+        }
         if start_rooms.is_empty() {
             return None;
         }
         let mut room = start_rooms[rng.random_range(0..start_rooms.len())];
-        let mut cell = self.goals[room][rng.random_range(0..self.goals[room].len())];
-        let mut visits = vec![0usize; self.goals.len()];
+        let mut cell = goals(room)[rng.random_range(0..goals(room).len())];
+        let mut visits = vec![0usize; self.places.len()];
         visits[room] += 1;
         let mut cells = vec![cell];
         let (mut length_m, mut failures) = (0.0, 0);
@@ -91,7 +190,7 @@ impl FreeMap {
             // A room less often visited, by chance.
             let next =
                 (0..3).map(|_| usable[rng.random_range(0..usable.len())]).min_by_key(|r| visits[*r] + usize::from(*r == room) * 100)?;
-            let goal = self.goals[next][rng.random_range(0..self.goals[next].len())];
+            let goal = goals(next)[rng.random_range(0..goals(next).len())];
             if next == room {
                 failures += 1;
                 continue;
@@ -114,6 +213,9 @@ impl FreeMap {
 
     /// Cheapest way between two cells (A*), each step dearer near things.
     fn leg(&self, from: usize, to: usize) -> Option<Vec<usize>> {
+        if self.component[from] != self.component[to] || self.component[from] == NOWHERE {
+            return None;
+        }
         let count = self.width * self.height;
         let (mut cost, mut came) = (vec![f32::INFINITY; count], vec![u32::MAX; count]);
         let target = self.centre(to);
@@ -128,18 +230,18 @@ impl FreeMap {
                 continue;
             }
             let (x, y) = (cell % self.width, cell / self.width);
-            for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)] {
+            for (dx, dy) in WAYS {
                 let (Some(nx), Some(ny)) = (x.checked_add_signed(dx), y.checked_add_signed(dy)) else { continue };
                 if nx >= self.width || ny >= self.height {
                     continue;
                 }
                 let next = ny * self.width + nx;
                 let clear = f64::from(self.clearance[next]);
-                if clear < KEEP_OFF_M {
+                if clear < self.keep_off_m {
                     continue;
                 }
                 let crowded = ((AT_EASE_M - clear) / AT_EASE_M).max(0.0);
-                let step = CELL_M * if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
+                let step = self.cell_m * if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
                 let through = cost[cell] + (step * (1.0 + 12.0 * crowded * crowded)) as f32;
                 if through < cost[next] {
                     cost[next] = through;
@@ -151,6 +253,9 @@ impl FreeMap {
         None
     }
 }
+
+/// To the eight cells around a cell.
+const WAYS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)];
 
 /// A cell on A*'s list, cheapest first, then by number so that ties fall the same way everywhere.
 struct Open {

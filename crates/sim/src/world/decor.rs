@@ -22,6 +22,8 @@ pub(crate) enum DecorKind {
     Window,
     /// The frame around a door.
     Trim,
+    /// A glazed wall: dark bars and what shines through.
+    Glass,
 }
 
 /// A rectangle on a face.
@@ -56,9 +58,13 @@ pub(super) fn hang(face: &mut Face, building: &Building, look: &Look, seed: Seed
             // More than a quarter of the walls stays blank and smooth at ordinary density.
             let blank = chance > 0.72 * look.texture_density.min(1.4);
             face.roughness = (if blank { BLANK } else { 1.0 }) * look.texture_density as f32;
-            let outer = building.room_at(in_front(face, 0.5 * face.length, -2.0 * building.thickness_m)).is_none();
+            let outer = face.room.is_some() && building.outdoors_behind(in_front(face, 0.5 * face.length, 0.0), face.n);
             if outer {
                 windows(face, &mut rng);
+            } else if is_glazed(face, building) {
+                let z = [0.06, building.door_height_m];
+                face.decor.push(Decor { s: [0.05, face.length - 0.05], z, kind: DecorKind::Glass, seed: rng.next_u32() });
+                return;
             } else if !blank {
                 pictures(face, building, look, &mut rng);
             }
@@ -66,8 +72,24 @@ pub(super) fn hang(face: &mut Face, building: &Building, look: &Look, seed: Seed
                 beside_doors(face, &mut rng);
             }
         }
-        SolidKind::Leaf | SolidKind::Cupboard | SolidKind::Desk => {}
+        SolidKind::Leaf
+        | SolidKind::Cupboard
+        | SolidKind::Desk
+        | SolidKind::Shelf
+        | SolidKind::Plant
+        | SolidKind::Bin
+        | SolidKind::Crate
+        | SolidKind::Whiteboard
+        | SolidKind::Soft
+        | SolidKind::Counter => {}
     }
+}
+
+/// The wall between a meeting room and an open floor.
+fn is_glazed(face: &Face, building: &Building) -> bool {
+    let behind = building.room_at(in_front(face, 0.5 * face.length, -2.0 * building.thickness_m - 0.1));
+    let kinds = [face.room, behind].map(|room| room.map(|r| building.rooms[r].kind));
+    face.length > 0.3 && kinds.contains(&Some(RoomKind::Meeting)) && kinds.contains(&Some(RoomKind::Open))
 }
 
 fn trim(face: &mut Face, door_height_m: f64) {

@@ -6,14 +6,16 @@
 
 mod decor;
 mod furniture;
+mod index;
 mod light;
 
-use planwalk_types::{Plan, Pt2, Pt3, Seed, Wall};
+use planwalk_types::{FloorPlan, Plan, PlanError, Pt2, Pt3, Seed, Wall};
 
 use crate::building::{Building, Door, distance_to_wall};
 use crate::look::Look;
 
 pub(crate) use decor::{Decor, DecorKind};
+use index::Index;
 pub(crate) use light::Light;
 
 /// Below this two places are the same, metres: far under a wall's thickness, far over round-off.
@@ -29,6 +31,20 @@ pub(crate) enum SolidKind {
     Leaf,
     Cupboard,
     Desk,
+    /// Open boards with books and boxes.
+    Shelf,
+    /// A pot with leaves.
+    Plant,
+    /// For waste.
+    Bin,
+    /// A cardboard box.
+    Crate,
+    /// A whiteboard on wheels: it stands above the floor.
+    Whiteboard,
+    /// A sofa or a bed.
+    Soft,
+    /// A worktop with doors under it.
+    Counter,
 }
 
 /// An upright box: all points within `half_m` across the line, from one end of it to the other, between two heights.
@@ -45,7 +61,7 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
-    fn new(line: Wall, half_m: f64, z: [f64; 2], kind: SolidKind) -> Self {
+    pub fn new(line: Wall, half_m: f64, z: [f64; 2], kind: SolidKind) -> Self {
         let (dx, dy) = (line.to.x - line.from.x, line.to.y - line.from.y);
         let length = libm::hypot(dx, dy).max(SAME_M);
         Self { line, half_m, z, kind, e: [dx / length, dy / length], length }
@@ -63,6 +79,21 @@ impl Solid {
         let (s, t) = (px * self.e[0] + py * self.e[1], px * self.e[1] - py * self.e[0]);
         let (beyond, beside) = ((-s).max(s - self.length).max(0.0), (t.abs() - self.half_m).max(0.0));
         beyond * beyond + beside * beside
+    }
+
+    /// The rectangle around the footprint.
+    fn span(&self) -> ([f64; 2], [f64; 2]) {
+        let Wall { from, to } = self.line;
+        let h = self.half_m;
+        ([from.x.min(to.x) - h, from.y.min(to.y) - h], [from.x.max(to.x) + h, from.y.max(to.y) + h])
+    }
+
+    /// The four sides of the footprint, counter-clockwise: what is outside lies to the right of each.
+    pub fn sides(&self) -> [Wall; 4] {
+        let ([ex, ey], length, h, from) = (self.e, self.length, self.half_m, self.line.from);
+        let corner = |s: f64, t: f64| Pt2::new(from.x + s * ex + t * ey, from.y + s * ey - t * ex);
+        let corners = [corner(0.0, h), corner(length, h), corner(length, -h), corner(0.0, -h)];
+        [0, 1, 2, 3].map(|k| Wall { from: corners[k], to: corners[(k + 1) % 4] })
     }
 
     /// Whether a walker would bump into it.
@@ -124,30 +155,73 @@ pub(crate) struct World {
     pub faces: Vec<Face>,
     pub light: Light,
     pub height_m: f64,
+    /// The solids by place.
+    index: Index,
+    /// Extent of the drawn walls, and whether a place is inside a traced one.
+    building: Building,
 }
+
+/// Squares of the index of solids, metres: a doorway is two of them, a wall of a room ten.
+const INDEX_CELL_M: f64 = 0.5;
 
 impl World {
     pub fn new(building: &Building, look: &Look, seed: Seed) -> Self {
-        let mut solids = wall_solids(building);
+        let surfaces = building.thickness_m == 0.0;
+        let mut solids = wall_solids(&building.walls, building.thickness_m, building.height_m);
         let walls = solids.len();
         solids.extend(door_solids(building));
         furniture::place(building, look.furniture, seed, &mut solids);
+        let index = index_of(&solids);
         let mut faces = Vec::new();
         for (i, solid) in solids.iter().enumerate() {
-            let others = if i < walls { &solids[..walls] } else { &[] };
-            add_faces(solid, i, others, &mut faces);
+            if i < walls && surfaces {
+                faces.push(face_of(solid, [0.0, solid.length], solid.line.from, solid.e));
+                continue;
+            }
+            let (low, high) = solid.span();
+            let near = if i < walls { index.around(low, high) } else { Vec::new() };
+            let others: Vec<&Solid> = near.iter().map(|k| *k as usize).filter(|k| *k < walls && *k != i).map(|k| &solids[k]).collect();
+            add_faces(solid, &others, &mut faces);
         }
         for (i, face) in faces.iter_mut().enumerate() {
             face.full = face.z[0] <= 0.0 && face.z[1] >= building.height_m;
             face.room = building.room_at(in_front(face, 0.5 * face.length, 0.1));
             decor::hang(face, building, look, seed.child("decor", i as u64));
         }
-        Self { solids, faces, light: Light::new(building, seed), height_m: building.height_m }
+        let light = Light::new(building, seed);
+        Self { solids, faces, light, height_m: building.height_m, index, building: building.clone() }
     }
 
-    /// Distance on the floor from a point to the nearest thing that one bumps into, metres.
+    /// Distance on the floor from a point to the nearest thing that one bumps into, metres; 0 inside the walls of a traced plan.
     pub fn clearance(&self, point: Pt2<Plan>) -> f64 {
-        self.solids.iter().filter(|s| s.in_the_way()).map(|s| s.distance2(point)).fold(f64::INFINITY, f64::min).sqrt()
+        self.clearance_up_to(point, f64::INFINITY)
+    }
+
+    /// The same, or `limit_m` where there is nothing within it: much faster in wide rooms.
+    pub fn clearance_up_to(&self, point: Pt2<Plan>, limit_m: f64) -> f64 {
+        if self.building.is_in_wall(point) {
+            return 0.0;
+        }
+        let distance2 = |k: usize| {
+            let solid = &self.solids[k];
+            if solid.in_the_way() { solid.distance2(point) } else { f64::INFINITY }
+        };
+        self.index.nearest2(point, limit_m, distance2).sqrt()
+    }
+
+    /// The plan of everything that one bumps into today: walls as built, shut doors, open leaves, furniture.
+    ///
+    /// # Errors
+    /// As [`FloorPlan::new`].
+    // Scenes hand it to whoever wants to know how far plan and world differ.
+    pub fn as_built_plan(&self, cell_m: f64, margin_m: f64) -> Result<FloorPlan, PlanError> {
+        let built = self.building.as_built(cell_m, margin_m)?;
+        let solids: Vec<Solid> = self.solids.iter().filter(|s| s.in_the_way() && s.kind != SolidKind::Wall).cloned().collect();
+        let mut cells = built.cells().to_vec();
+        for solid in &solids {
+            crate::building::fill(solid, &built, &mut cells);
+        }
+        FloorPlan::new(built.origin(), built.cell_m(), built.width(), built.height(), cells)
     }
 
     /// Whether nothing lies between two points of the air; the surface that the second one lies on does not count.
@@ -168,22 +242,38 @@ pub(crate) fn in_front(face: &Face, s: f64, off_m: f64) -> Pt2<Plan> {
     Pt2::new(face.a[0] + s * face.e[0] + off_m * face.n[0], face.a[1] + s * face.e[1] + off_m * face.n[1])
 }
 
+fn index_of(solids: &[Solid]) -> Index {
+    let bounds = solids.iter().map(Solid::span).fold(([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]), |(low, high), (from, to)| {
+        ([low[0].min(from[0]), low[1].min(from[1])], [high[0].max(to[0]), high[1].max(to[1])])
+    });
+    // Nothing built: one empty square.
+    let bounds = if solids.is_empty() { ([0.0; 2], [0.0; 2]) } else { bounds };
+    Index::new(bounds, INDEX_CELL_M, solids.len(), |k| solids[k].span(), |k, p, radius_m| solids[k].distance2(p) <= radius_m * radius_m)
+}
+
 /// Walls with their thickness. Where a wall meets another it reaches to that one's far side, so that corners are filled.
-pub(crate) fn wall_solids(building: &Building) -> Vec<Solid> {
-    let half_m = 0.5 * building.thickness_m;
-    let walls = &building.walls;
-    let touches = |i: usize, p: Pt2<Plan>| walls.iter().enumerate().any(|(j, w)| j != i && distance_to_wall(p, w) < SAME_M);
+pub(crate) fn wall_solids(walls: &[Wall], thickness_m: f64, height_m: f64) -> Vec<Solid> {
+    let half_m = 0.5 * thickness_m;
+    let plain: Vec<Solid> = walls.iter().map(|wall| Solid::new(*wall, half_m, [0.0, height_m], SolidKind::Wall)).collect();
+    if half_m == 0.0 {
+        return plain;
+    }
+    let index = index_of(&plain);
+    let touches = |i: usize, p: Pt2<Plan>| {
+        let near = index.around([p.x - SAME_M, p.y - SAME_M], [p.x + SAME_M, p.y + SAME_M]);
+        near.into_iter().any(|j| j as usize != i && distance_to_wall(p, &walls[j as usize]) < SAME_M)
+    };
     let mut solids = Vec::with_capacity(walls.len());
     for (i, wall) in walls.iter().enumerate() {
         let mut line = *wall;
-        let Solid { e, .. } = Solid::new(line, half_m, [0.0, building.height_m], SolidKind::Wall);
+        let e = plain[i].e;
         if touches(i, wall.from) {
             line.from = Pt2::new(wall.from.x - half_m * e[0], wall.from.y - half_m * e[1]);
         }
         if touches(i, wall.to) {
             line.to = Pt2::new(wall.to.x + half_m * e[0], wall.to.y + half_m * e[1]);
         }
-        solids.push(Solid::new(line, half_m, [0.0, building.height_m], SolidKind::Wall));
+        solids.push(Solid::new(line, half_m, [0.0, height_m], SolidKind::Wall));
     }
     solids
 }
@@ -242,7 +332,7 @@ fn near(one: &Solid, other: &Solid, gap_m: f64) -> bool {
 }
 
 /// Adds the faces of a solid, without what lies inside `others`.
-fn add_faces(solid: &Solid, index: usize, others: &[Solid], faces: &mut Vec<Face>) {
+fn add_faces(solid: &Solid, others: &[&Solid], faces: &mut Vec<Face>) {
     let ([ex, ey], length) = (solid.e, solid.length);
     let (h, from) = (solid.half_m, solid.line.from);
     let corner = |s: f64, t: f64| [from.x + s * ex + t * ey, from.y + s * ey - t * ex];
@@ -252,31 +342,36 @@ fn add_faces(solid: &Solid, index: usize, others: &[Solid], faces: &mut Vec<Face
         let (a, b) = (corner(s, t), corner(sides[(k + 1) % 4].0, sides[(k + 1) % 4].1));
         let side_length = libm::hypot(b[0] - a[0], b[1] - a[1]);
         let e = [(b[0] - a[0]) / side_length, (b[1] - a[1]) / side_length];
-        let mut hidden: Vec<(f64, f64)> =
-            others.iter().enumerate().filter(|(j, _)| *j != index).filter_map(|(_, other)| other.clip(a, e)).collect();
+        let mut hidden: Vec<(f64, f64)> = others.iter().filter_map(|other| other.clip(a, e)).collect();
         hidden.sort_by(|p, q| p.0.total_cmp(&q.0));
         let mut done = 0.0;
         for (low, high) in hidden.into_iter().chain([(side_length, f64::INFINITY)]) {
             let end = low.min(side_length);
             if end > done + 1e-4 {
-                let jamb = [solid.kind == SolidKind::Wall && done == 0.0, solid.kind == SolidKind::Wall && end == side_length];
-                faces.push(Face {
-                    a: [a[0] + done * e[0], a[1] + done * e[1]],
-                    e,
-                    n: [e[1], -e[0]],
-                    length: end - done,
-                    z: solid.z,
-                    kind: solid.kind,
-                    full: false,
-                    jamb,
-                    room: None,
-                    roughness: 1.0,
-                    seed: 0,
-                    decor: Vec::new(),
-                });
+                let mut face = face_of(solid, [done, end], Pt2::new(a[0], a[1]), e);
+                face.jamb = [solid.kind == SolidKind::Wall && done == 0.0, solid.kind == SolidKind::Wall && end == side_length];
+                faces.push(face);
             }
             done = f64::max(done, high);
         }
+    }
+}
+
+/// The part from `s[0]` to `s[1]` of a side of a solid that begins at `a` and leads along `e`.
+fn face_of(solid: &Solid, s: [f64; 2], a: Pt2<Plan>, e: [f64; 2]) -> Face {
+    Face {
+        a: [a.x + s[0] * e[0], a.y + s[0] * e[1]],
+        e,
+        n: [e[1], -e[0]],
+        length: s[1] - s[0],
+        z: solid.z,
+        kind: solid.kind,
+        full: false,
+        jamb: [false; 2],
+        room: None,
+        roughness: 1.0,
+        seed: 0,
+        decor: Vec::new(),
     }
 }
 
@@ -286,7 +381,7 @@ mod tests {
     use crate::building::BuildingOptions;
 
     fn world(seed: u64) -> (Building, World) {
-        let building = Building::office(&BuildingOptions::default(), Seed(seed)).unwrap();
+        let building = Building::generate(&BuildingOptions::default(), Seed(seed)).unwrap();
         let world = World::new(&building, &Look::default(), Seed(seed));
         (building, world)
     }

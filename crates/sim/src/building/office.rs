@@ -12,15 +12,14 @@
 //!  0      a              v0 v1 width
 //! ```
 
-use planwalk_types::{Plan, Pt2, Seed, StreamRng, Wall};
+use planwalk_types::{Plan, Pt2, StreamRng};
 use rand::RngExt;
 
-use super::{Building, BuildingOptions, Door, Room, RoomKind};
+use super::sketch::{self, Line, Sketch};
+use super::{Room, RoomKind};
 
 /// Clear width of a door: an accessible one, and room for a walker's sway on both sides.
-const DOOR_M: f64 = 1.0;
-/// From a door to the next corner: frame, light switch.
-const DOOR_MARGIN_M: f64 = 0.3;
+pub(super) const DOOR_M: f64 = 1.0;
 
 /// Where the layout's lines lie, metres.
 struct Lines {
@@ -43,9 +42,9 @@ struct Lines {
 }
 
 impl Lines {
-    fn draw(options: &BuildingOptions, rng: &mut StreamRng) -> Self {
-        let width = options.width_m * rng.random_range(0.95..1.05);
-        let depth = options.depth_m * rng.random_range(0.95..1.05);
+    fn draw((width_m, depth_m): (f64, f64), rng: &mut StreamRng) -> Self {
+        let width = width_m * rng.random_range(0.95..1.05);
+        let depth = depth_m * rng.random_range(0.95..1.05);
         let a = width * rng.random_range(0.21..0.27);
         let c0 = depth * rng.random_range(0.30..0.40);
         let c1 = c0 + rng.random_range(1.7..2.1);
@@ -68,28 +67,22 @@ impl Lines {
     }
 }
 
-/// A wall before its doors are cut out, and the doors' places along it.
-struct Line {
-    from: Pt2<Plan>,
-    to: Pt2<Plan>,
-    doors: Vec<Pt2<Plan>>,
+/// The hall's door to the corridor always stands open: a walk needs one.
+pub(super) fn hall_is_open(left: RoomKind, right: RoomKind) -> bool {
+    (left == RoomKind::Hall || right == RoomKind::Hall) && (left == RoomKind::Corridor || right == RoomKind::Corridor)
 }
 
-pub(super) fn office(options: &BuildingOptions, seed: Seed) -> Building {
-    let mut rng = seed.derive("building", 0);
-    let lines = Lines::draw(options, &mut rng);
+/// The layout of a small office, and its true size.
+pub(super) fn small(size_m: (f64, f64), rng: &mut StreamRng) -> (Sketch, (f64, f64)) {
+    let lines = Lines::draw(size_m, rng);
     let rooms = rooms(&lines);
-    let mut building = Building { walls: Vec::new(), doors: Vec::new(), rooms, thickness_m: 0.12, height_m: 2.7, door_height_m: 2.1 };
-    for line in walls(&lines, &mut rng) {
-        cut(&line, options, &mut building, &mut rng);
-    }
-    let flips = [rng.random_range(0.0..1.0) < 0.5, rng.random_range(0.0..1.0) < 0.5];
-    mirror(&mut building, flips, lines.width, lines.depth);
-    building
+    let size_m = (lines.width, lines.depth);
+    let lines = walls(&lines, rng);
+    (Sketch { rooms, lines, door_m: DOOR_M, always_open: hall_is_open, plain: true }, size_m)
 }
 
 fn rooms(l: &Lines) -> Vec<Room> {
-    let room = |kind, x0: f64, y0: f64, x1: f64, y1: f64| Room { kind, low: Pt2::new(x0, y0), high: Pt2::new(x1, y1) };
+    let room = |kind, x0: f64, y0: f64, x1: f64, y1: f64| Room::rectangle(kind, Pt2::new(x0, y0), Pt2::new(x1, y1));
     let mut rooms = vec![
         room(RoomKind::Corridor, l.a, l.c[0], l.v[1], l.c[1]),
         room(RoomKind::Corridor, l.v[0], l.c[1], l.v[1], l.depth),
@@ -105,15 +98,14 @@ fn rooms(l: &Lines) -> Vec<Room> {
     rooms
 }
 
-/// A place for a door between two coordinates, off the corners.
-fn place(low: f64, high: f64, rng: &mut StreamRng) -> f64 {
-    let margin = DOOR_MARGIN_M + 0.5 * DOOR_M;
-    if high - low <= 2.0 * margin { 0.5 * (low + high) } else { rng.random_range(low + margin..high - margin) }
+/// A place for a door between two coordinates.
+pub(super) fn place(low: f64, high: f64, rng: &mut StreamRng) -> f64 {
+    sketch::place(low, high, DOOR_M, rng)
 }
 
 fn walls(l: &Lines, rng: &mut StreamRng) -> Vec<Line> {
     let pt = Pt2::<Plan>::new;
-    let line = |x0, y0, x1, y1, doors: Vec<Pt2<Plan>>| Line { from: pt(x0, y0), to: pt(x1, y1), doors };
+    let line = Line::new;
     let [c0, c1] = l.c;
     let [v0, v1] = l.v;
     let mut lines = vec![
@@ -128,64 +120,23 @@ fn walls(l: &Lines, rng: &mut StreamRng) -> Vec<Line> {
         left.push(pt(l.a, place(l.b, l.depth, rng)));
     }
     lines.push(line(l.a, 0.0, l.a, l.depth, left));
-    lines.push(line(0.0, l.b, l.a, l.b, vec![pt(place(0.0, l.a, rng), l.b)]));
+    lines.push(Line::partition(0.0, l.b, l.a, l.b, vec![pt(place(0.0, l.a, rng), l.b)]));
     // Lower row: a door to the corridor each, and one between neighbours.
     let cuts: Vec<f64> = std::iter::once(l.a).chain(l.low.iter().copied()).chain([v1]).collect();
     let doors = cuts.windows(2).map(|x| pt(place(x[0], x[1], rng), c0)).collect();
     lines.push(line(l.a, c0, v1, c0, doors));
     for (i, x) in l.low.iter().enumerate() {
         let doors = if i == 0 { vec![pt(*x, place(0.0, c0, rng))] } else { vec![] };
-        lines.push(line(*x, 0.0, *x, c0, doors));
+        lines.push(Line::partition(*x, 0.0, *x, c0, doors));
     }
     // Upper row: the same, and sometimes a door to the corridor's leg.
     lines.push(line(l.a, c1, v0, c1, vec![pt(place(l.a, l.up, rng), c1), pt(place(l.up, v0, rng), c1)]));
-    lines.push(line(l.up, c1, l.up, l.depth, vec![pt(l.up, place(c1, l.depth, rng))]));
+    lines.push(Line::partition(l.up, c1, l.up, l.depth, vec![pt(l.up, place(c1, l.depth, rng))]));
     let leg = if rng.random_range(0.0..1.0) < 0.6 { vec![pt(v0, place(c1, l.depth, rng))] } else { vec![] };
     lines.push(line(v0, c1, v0, l.depth, leg));
     // Right column: the corridor ends at the near room's door, the far room opens to the leg.
     lines.push(line(v1, 0.0, v1, l.depth, vec![pt(v1, place(c0, c1, rng)), pt(v1, place(l.r, l.depth, rng))]));
     let between = if rng.random_range(0.0..1.0) < 0.5 { vec![pt(place(v1, l.width, rng), l.r)] } else { vec![] };
-    lines.push(line(v1, l.r, l.width, l.r, between));
+    lines.push(Line::partition(v1, l.r, l.width, l.r, between));
     lines
-}
-
-/// Cuts a line's doors out of it, hangs their leaves, and adds what is left to the walls.
-fn cut(line: &Line, options: &BuildingOptions, building: &mut Building, rng: &mut StreamRng) {
-    let length = line.from.distance(line.to);
-    let (ex, ey) = ((line.to.x - line.from.x) / length, (line.to.y - line.from.y) / length);
-    let at = |s: f64| Pt2::<Plan>::new(line.from.x + s * ex, line.from.y + s * ey);
-    let mut places: Vec<f64> = line.doors.iter().map(|p| (p.x - line.from.x) * ex + (p.y - line.from.y) * ey).collect();
-    places.sort_by(f64::total_cmp);
-    let mut done = 0.0;
-    for s in places {
-        let opening = Wall { from: at(s - 0.5 * DOOR_M), to: at(s + 0.5 * DOOR_M) };
-        building.walls.push(Wall { from: at(done), to: opening.from });
-        done = s + 0.5 * DOOR_M;
-        let side = |n: f64| building.room_at(Pt2::new(at(s).x - n * ey, at(s).y + n * ex));
-        let (left, right) = (side(0.3).unwrap_or(0), side(-0.3).unwrap_or(0));
-        let private = |room: usize| building.rooms[room].kind != RoomKind::Corridor;
-        // Leaves swing into rooms, not into the corridor, and hang at the end nearer to the room's corner.
-        let swings_into = if private(left) { left } else { right };
-        let room = &building.rooms[swings_into];
-        let low = (room.low.x - line.from.x) * ex + (room.low.y - line.from.y) * ey;
-        let high = (room.high.x - line.from.x) * ex + (room.high.y - line.from.y) * ey;
-        let hinge_at_from = s - low < high - s;
-        // The hall's door to the corridor always stands open: a walk needs one.
-        let always = building.rooms[left].kind == RoomKind::Hall || building.rooms[right].kind == RoomKind::Hall;
-        let open = rng.random_range(0.0..1.0) < options.open_doors || (always && (!private(left) || !private(right)));
-        building.doors.push(Door { opening, open, swings_into, hinge_at_from });
-    }
-    building.walls.push(Wall { from: at(done), to: line.to });
-}
-
-fn mirror(building: &mut Building, [flip_x, flip_y]: [bool; 2], width: f64, depth: f64) {
-    let map = |p: Pt2<Plan>| Pt2::<Plan>::new(if flip_x { width - p.x } else { p.x }, if flip_y { depth - p.y } else { p.y });
-    for wall in building.walls.iter_mut().chain(building.doors.iter_mut().map(|d| &mut d.opening)) {
-        *wall = Wall { from: map(wall.from), to: map(wall.to) };
-    }
-    for room in &mut building.rooms {
-        let (p, q) = (map(room.low), map(room.high));
-        room.low = Pt2::new(p.x.min(q.x), p.y.min(q.y));
-        room.high = Pt2::new(p.x.max(q.x), p.y.max(q.y));
-    }
 }
