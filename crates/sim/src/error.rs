@@ -30,6 +30,16 @@ pub enum SimError {
         /// Routes tried.
         tries: usize,
     },
+    /// Poses that make no path.
+    #[error("pose {index} of {count} makes no path for a camera: {what}; give finite poses in the order of their stamps")]
+    Path {
+        /// Which pose, counted from 0.
+        index: usize,
+        /// Poses given.
+        count: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
     /// The building makes no floor plan.
     #[error(transparent)]
     Plan(#[from] PlanError),

@@ -78,7 +78,8 @@ impl Door {
 }
 
 /// Options of [`Building::office`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct BuildingOptions {
     /// Width of the building, metres; drawn ± 5 % around it.
     pub width_m: f64,
