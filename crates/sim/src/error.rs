@@ -46,6 +46,16 @@ pub enum SimError {
         /// Free floor inside, m².
         inside_m2: f64,
     },
+    /// Poses that make no path.
+    #[error("pose {index} of {count} makes no path for a camera: {what}; give finite poses in the order of their stamps")]
+    Path {
+        /// Which pose, counted from 0.
+        index: usize,
+        /// Poses given.
+        count: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
     /// The building makes no floor plan.
     #[error(transparent)]
     Plan(#[from] PlanError),

@@ -109,6 +109,17 @@ impl OdometryNoise {
     }
 }
 
+/// A walk as odometry would tell it, and as it was.
+#[derive(Debug, Clone)]
+pub struct SimulatedOdometry {
+    /// Where the body was, and where the camera looked.
+    pub truth: Vec<(Stamp, PlanPose)>,
+    /// Its steps, in the odometry's unit.
+    pub path: Path,
+    /// What it saw, same unit.
+    pub sightings: Vec<Sighting>,
+}
+
 /// Odometry of a true walk among walls: the path in the odometry's unit, and points of walls (and of furniture) in the body frame.
 ///
 /// Steps lead from each true pose to the next; sightings are stamped with the pose from which they were seen. A field of `noise` that is

@@ -5,30 +5,19 @@
 //! the floor and the ceiling. Pixels on an outline are averaged over four rays; surfaces average themselves (see `texture`).
 //!
 //! Frames: plan metres; `ray` in the camera frame, scaled to z = 1 where it points forward, so that a step of one pixel
-//! moves it by 1/f.
+//! moves it by 1/f; of length 1 behind a fisheye, where each pixel has its own step.
 
 use nalgebra::{Matrix3, Vector3};
-use planwalk_types::{Cam, Camera, GrayImage, Plan, Rigid3};
+use planwalk_types::{Cam, Camera, Distortion, Plan, Rigid3};
 use rayon::prelude::*;
 
 use crate::texture::{self, Spot};
-use crate::world::{Face, SolidKind, World};
+use crate::world::{Cast, Face, Met, SolidKind, World};
 
 /// Bins of direction around the whole horizon: about 0.18° each, two or three pixels of an ordinary camera.
-const BINS: usize = 2048;
+pub(crate) const BINS: usize = 2048;
 /// Slack at the ends of faces, metres: closes the seams that round-off would open between neighbours.
 const SEAM_M: f64 = 1e-5;
-
-/// How this frame is exposed.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Exposure {
-    /// Brightness 1 becomes 255 · gain.
-    pub gain: f32,
-    /// Standard deviation of the noise, grey levels.
-    pub noise_grey: f32,
-    /// Seed of the frame's noise.
-    pub seed: u32,
-}
 
 /// Draws pictures of a world for one camera.
 #[derive(Debug, Clone)]
@@ -38,21 +27,61 @@ pub(crate) struct Renderer {
     rays: Vec<[f32; 3]>,
 }
 
-/// What a ray met, for finding outlines: a face, its lid, the floor, the ceiling.
-type Surface = u32;
+/// What a ray met, for finding outlines: a face, its lid, a limb of somebody, the floor, the ceiling.
+pub(crate) type Surface = u32;
 const FLOOR: Surface = u32::MAX;
 const CEILING: Surface = u32::MAX - 1;
 const LID: Surface = 1 << 31;
+/// Marks the limbs of people.
+pub(crate) const LIMB: Surface = 1 << 30;
 
-/// A pose, and what can be seen from it in each direction.
-struct View<'a> {
+/// What can be met in each direction from one place at one moment.
+pub(crate) struct Stage {
+    bins: Vec<Vec<u32>>,
+    cast: Cast,
+}
+
+impl Stage {
+    pub fn new(world: &World, cast: Cast, eye: [f64; 2]) -> Self {
+        Self { bins: bins(&world.faces, eye), cast }
+    }
+}
+
+/// A pose, and what can be met from there. The eye may be a millimetre from where the stage was set: a bin's slack.
+pub(crate) struct View<'a> {
     world: &'a World,
+    stage: &'a Stage,
     eye: [f64; 3],
     plan_from_camera: Matrix3<f64>,
-    /// Change of a ray from one pixel to the next, along a row and along a column, plan axes.
+    grain: Grain,
+}
+
+/// Change of a ray from one pixel to the next, along a row and along a column, plan axes.
+#[derive(Clone, Copy)]
+struct Grain {
     du: [f64; 3],
     dv: [f64; 3],
-    bins: Vec<Vec<u32>>,
+}
+
+/// A ray and how far along it the first wall stands; infinite where it ends at the floor or the ceiling.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sightline {
+    /// Plan axes.
+    pub direction: [f64; 3],
+    pub t: f64,
+}
+
+/// The view of each line of a picture: one for all, one for each row, or one for each column.
+pub(crate) struct Lines<'a> {
+    pub views: Vec<View<'a>>,
+    /// How the index of the view grows from column to column and from row to row: 0 or 1.
+    pub step: [usize; 2],
+}
+
+impl<'a> Lines<'a> {
+    fn at(&self, u: usize, v: usize) -> &View<'a> {
+        &self.views[u * self.step[0] + v * self.step[1]]
+    }
 }
 
 impl Renderer {
@@ -67,41 +96,72 @@ impl Renderer {
         &self.camera
     }
 
-    /// The picture from this pose. The same bytes on any number of threads: rows do not share anything.
-    pub fn render(&self, world: &World, plan_from_camera: &Rigid3<Plan, Cam>, exposure: Exposure) -> GrayImage {
+    /// Brightness of every pixel. The same on any number of threads: rows do not share anything.
+    pub fn draw(&self, lines: &Lines) -> Vec<f32> {
         let (width, height) = (self.camera.width, self.camera.height);
-        let view = View::new(world, plan_from_camera, &self.camera);
-        let mut pixels = vec![(0.0f32, 0 as Surface); width * height];
-        pixels.par_chunks_mut(width).zip(self.rays.par_chunks(width)).for_each(|(row, rays)| {
-            for (pixel, ray) in row.iter_mut().zip(rays) {
-                *pixel = view.shade(ray.map(f64::from));
-            }
-        });
-        let mut data = vec![0u8; width * height];
-        data.par_chunks_mut(width).enumerate().for_each(|(v, row)| {
+        let pixels = self.shade(lines);
+        let mut values = vec![0f32; width * height];
+        values.par_chunks_mut(width).enumerate().for_each(|(v, row)| {
             for (u, out) in row.iter_mut().enumerate() {
-                let (mut value, surface) = pixels[v * width + u];
-                if on_outline(&pixels, width, height, u, v, surface) {
-                    value = self.smooth(&view, u as f64, v as f64);
-                }
-                *out = expose(value, exposure, u as u32, v as u32);
+                let (value, surface) = pixels[v * width + u];
+                *out = if on_outline(&pixels, width, height, u, v, surface) { self.smooth(lines.at(u, v), u, v) } else { value };
             }
         });
-        // The sizes are those of the camera, so the fallback is never taken; it keeps this function free of panics.
-        GrayImage::new(width, height, data).unwrap_or_else(|| GrayImage::from_fn(width, height, |_, _| 0))
+        values
+    }
+
+    /// Brightness along the ray through every pixel's middle, and what it met.
+    pub fn shade(&self, lines: &Lines) -> Vec<(f32, Surface)> {
+        let width = self.camera.width;
+        let mut pixels = vec![(0.0f32, 0 as Surface); self.rays.len()];
+        pixels.par_chunks_mut(width).zip(self.rays.par_chunks(width)).enumerate().for_each(|(v, (row, rays))| {
+            for (u, (pixel, ray)) in row.iter_mut().zip(rays).enumerate() {
+                let view = lines.at(u, v);
+                *pixel = view.shade(ray.map(f64::from), &self.grain(view, u, v));
+            }
+        });
+        pixels
+    }
+
+    /// Along the ray through every pixel's middle: how far the walls let one see.
+    pub fn sightlines(&self, view: &View) -> Vec<Sightline> {
+        let line = |ray: &[f32; 3]| {
+            let direction = view.turned(ray.map(f64::from));
+            Sightline { direction, t: view.nearest_face(direction, bin(direction)).0 }
+        };
+        self.rays.iter().map(line).collect()
     }
 
     /// Mean over four rays inside the pixel.
-    fn smooth(&self, view: &View, u: f64, v: f64) -> f32 {
+    fn smooth(&self, view: &View, u: usize, v: usize) -> f32 {
         // A rotated square: four different columns and four different rows for edges along either.
         let offsets = [(-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375)];
-        offsets.iter().map(|(a, b)| view.shade(ray(&self.camera, u + a, v + b)).0).sum::<f32>() * 0.25
+        let grain = self.grain(view, u, v);
+        let (u, v) = (u as f64, v as f64);
+        offsets.iter().map(|(a, b)| view.shade(ray(&self.camera, u + a, v + b), &grain).0).sum::<f32>() * 0.25
+    }
+
+    /// How far one pixel's ray is from its neighbours': the same everywhere behind a lens that keeps lines nearly straight, of
+    /// each pixel's own under a fisheye.
+    fn grain(&self, view: &View, u: usize, v: usize) -> Grain {
+        if matches!(self.camera.distortion, Distortion::RadTan { .. }) {
+            return view.grain;
+        }
+        let (width, height) = (self.camera.width, self.camera.height);
+        let (i, j) = (u.min(width - 2), v.min(height - 2));
+        let between = |a: usize, b: usize| {
+            let (a, b) = (self.rays[a], self.rays[b]);
+            view.turned([f64::from(b[0] - a[0]), f64::from(b[1] - a[1]), f64::from(b[2] - a[2])])
+        };
+        Grain { du: between(v * width + i, v * width + i + 1), dv: between(j * width + u, (j + 1) * width + u) }
     }
 }
 
-fn ray(camera: &Camera, u: f64, v: f64) -> [f64; 3] {
+/// The ray of a pixel: one metre deep where the lens is nearly straight, unit where it is a fisheye.
+pub(crate) fn ray(camera: &Camera, u: f64, v: f64) -> [f64; 3] {
     let unit = camera.ray(u, v);
-    let scale = if unit.z > 0.05 { 1.0 / unit.z } else { 1.0 };
+    let straight = matches!(camera.distortion, Distortion::RadTan { .. });
+    let scale = if straight && unit.z > 0.05 { 1.0 / unit.z } else { 1.0 };
     [unit.x * scale, unit.y * scale, unit.z * scale]
 }
 
@@ -113,17 +173,9 @@ fn on_outline(pixels: &[(f32, Surface)], width: usize, height: usize, u: usize, 
         || (v + 1 < height && differs(u, v + 1))
 }
 
-fn expose(value: f32, exposure: Exposure, u: u32, v: u32) -> u8 {
-    let bits = texture::hash(u, v, exposure.seed);
-    // Four bytes summed: nearly normal, deviation 2 · 73.9.
-    let sum = (bits & 255) + ((bits >> 8) & 255) + ((bits >> 16) & 255) + (bits >> 24);
-    let noise = (sum as f32 - 510.0) / 147.8 * exposure.noise_grey;
-    (255.0 * value * exposure.gain + noise + 0.5).clamp(0.0, 255.0) as u8
-}
-
 /// Direction on the floor as a number in 0..4 that grows anticlockwise; cheaper than an angle.
 #[inline]
-fn diamond(dx: f64, dy: f64) -> f64 {
+pub(crate) fn diamond(dx: f64, dy: f64) -> f64 {
     let t = dy / (dx.abs() + dy.abs()).max(1e-12);
     if dx < 0.0 {
         2.0 - t
@@ -132,6 +184,12 @@ fn diamond(dx: f64, dy: f64) -> f64 {
     } else {
         t
     }
+}
+
+/// The bin of a ray.
+#[inline]
+fn bin(d: [f64; 3]) -> usize {
+    (diamond(d[0], d[1]) * (BINS as f64 / 4.0)) as usize % BINS
 }
 
 /// The direction with this number.
@@ -150,30 +208,43 @@ fn direction(diamond: f64) -> [f64; 2] {
 }
 
 impl<'a> View<'a> {
-    fn new(world: &'a World, plan_from_camera: &Rigid3<Plan, Cam>, camera: &Camera) -> Self {
+    pub fn new(world: &'a World, stage: &'a Stage, plan_from_camera: &Rigid3<Plan, Cam>, camera: &Camera) -> Self {
         let rotation = plan_from_camera.iso.rotation.to_rotation_matrix().into_inner();
         let eye = plan_from_camera.iso.translation.vector;
         let along = |axis: Vector3<f64>| {
             let d = rotation * axis;
             [d.x, d.y, d.z]
         };
-        Self {
-            world,
-            eye: [eye.x, eye.y, eye.z],
-            plan_from_camera: rotation,
-            du: along(Vector3::x() / camera.fx),
-            dv: along(Vector3::y() / camera.fy),
-            bins: bins(&world.faces, [eye.x, eye.y]),
-        }
+        let grain = Grain { du: along(Vector3::x() / camera.fx), dv: along(Vector3::y() / camera.fy) };
+        Self { world, stage, eye: [eye.x, eye.y, eye.z], plan_from_camera: rotation, grain }
+    }
+
+    /// A direction of the camera in plan axes.
+    fn turned(&self, ray: [f64; 3]) -> [f64; 3] {
+        let d = self.plan_from_camera * Vector3::new(ray[0], ray[1], ray[2]);
+        [d.x, d.y, d.z]
     }
 
     /// Brightness along a ray of the camera, and what it met.
-    fn shade(&self, ray: [f64; 3]) -> (f32, Surface) {
-        let d = self.plan_from_camera * Vector3::new(ray[0], ray[1], ray[2]);
-        let (d, eye) = ([d.x, d.y, d.z], self.eye);
-        let bin = (diamond(d[0], d[1]) * (BINS as f64 / 4.0)) as usize % BINS;
+    fn shade(&self, ray: [f64; 3], grain: &Grain) -> (f32, Surface) {
+        let (d, eye) = (self.turned(ray), self.eye);
+        let bin = bin(d);
+        let (t, index, from_behind) = self.nearest_face(d, bin);
+        if let Some(limb) = self.stage.cast.meet(bin, eye, d, t) {
+            return (self.skin(&limb, d, grain), limb.surface);
+        }
+        if t == f64::INFINITY {
+            return self.level(d, grain);
+        }
+        let face = &self.world.faces[index as usize];
+        if from_behind { (self.lid(face, d, grain), index | LID) } else { (self.upright(face, d, t, grain), index) }
+    }
+
+    /// The first face along a ray: how far along it, which one, and whether it was met from behind.
+    fn nearest_face(&self, d: [f64; 3], bin: usize) -> (f64, u32, bool) {
+        let eye = self.eye;
         let mut nearest = (f64::INFINITY, 0u32, false);
-        for &index in &self.bins[bin] {
+        for &index in &self.stage.bins[bin] {
             let face = &self.world.faces[index as usize];
             let toward = d[0] * face.n[0] + d[1] * face.n[1];
             let t = ((face.a[0] - eye[0]) * face.n[0] + (face.a[1] - eye[1]) * face.n[1]) / toward;
@@ -189,16 +260,20 @@ impl<'a> View<'a> {
                 nearest = (t, index, toward > 0.0);
             }
         }
-        let (t, index, from_behind) = nearest;
-        if t == f64::INFINITY {
-            return self.level(d);
-        }
-        let face = &self.world.faces[index as usize];
-        if from_behind { (self.lid(face, d), index | LID) } else { (self.upright(face, d, t), index) }
+        nearest
+    }
+
+    /// A limb: its cloth, lit from above.
+    fn skin(&self, limb: &Met, d: [f64; 3], grain: &Grain) -> f32 {
+        let pixel = (0.5 * (dot(grain.du, grain.du) + dot(grain.dv, grain.dv))).sqrt() * limb.t;
+        // Seen at a slant a pixel covers more of the cloth.
+        let slant = (-dot(limb.normal, d) / dot(d, d).sqrt()).clamp(0.15, 1.0);
+        let (x, y) = (self.eye[0] + limb.t * d[0], self.eye[1] + limb.t * d[1]);
+        limb.brightness((pixel / slant) as f32) * self.world.light.at(x, y)
     }
 
     /// A face, met from in front.
-    fn upright(&self, face: &Face, d: [f64; 3], t: f64) -> f32 {
+    fn upright(&self, face: &Face, d: [f64; 3], t: f64, grain: &Grain) -> f32 {
         let (n, e) = (face.n, face.e);
         let toward = d[0] * n[0] + d[1] * n[1];
         let (x, y) = (self.eye[0] + t * d[0], self.eye[1] + t * d[1]);
@@ -210,7 +285,7 @@ impl<'a> View<'a> {
             let lag = (delta[0] * n[0] + delta[1] * n[1]) / toward;
             (t * (delta[0] * e[0] + delta[1] * e[1] - along * lag), t * (delta[2] - d[2] * lag))
         };
-        let (a, b) = (moved(self.du), moved(self.dv));
+        let (a, b) = (moved(grain.du), moved(grain.dv));
         let spot = Spot { u: s as f32, v: z as f32, fu: (a.0.abs() + b.0.abs()) as f32, fv: (a.1.abs() + b.1.abs()) as f32 };
         let light = self.world.light.at(x + 0.2 * n[0], y + 0.2 * n[1]);
         // Sides differ a little, or corners of a room would vanish.
@@ -225,9 +300,9 @@ impl<'a> View<'a> {
     }
 
     /// The top or bottom of a box whose side was met from behind.
-    fn lid(&self, face: &Face, d: [f64; 3]) -> f32 {
+    fn lid(&self, face: &Face, d: [f64; 3], grain: &Grain) -> f32 {
         let z = if self.eye[2] > face.z[1] { face.z[1] } else { face.z[0] };
-        let (t, x, y, spot) = self.flat(d, z);
+        let (t, x, y, spot) = self.flat(d, z, grain);
         if t <= 0.0 {
             return 0.0;
         }
@@ -236,9 +311,9 @@ impl<'a> View<'a> {
     }
 
     /// The floor or the ceiling.
-    fn level(&self, d: [f64; 3]) -> (f32, Surface) {
+    fn level(&self, d: [f64; 3], grain: &Grain) -> (f32, Surface) {
         let down = d[2] < 0.0;
-        let (t, x, y, spot) = self.flat(d, if down { 0.0 } else { self.world.height_m });
+        let (t, x, y, spot) = self.flat(d, if down { 0.0 } else { self.world.height_m }, grain);
         let light = &self.world.light;
         let surface = if down { FLOOR } else { CEILING };
         let room = light.room(x, y);
@@ -258,17 +333,22 @@ impl<'a> View<'a> {
     }
 
     /// Where a ray meets the level plane at height `z`: distance along the ray, place, and the pixel's spot there.
-    fn flat(&self, d: [f64; 3], z: f64) -> (f64, f64, f64, Spot) {
+    fn flat(&self, d: [f64; 3], z: f64, grain: &Grain) -> (f64, f64, f64, Spot) {
         let t = (z - self.eye[2]) / d[2];
         let (x, y) = (self.eye[0] + t * d[0], self.eye[1] + t * d[1]);
         let moved = |delta: [f64; 3]| {
             let lag = delta[2] / d[2];
             (t * (delta[0] - d[0] * lag), t * (delta[1] - d[1] * lag))
         };
-        let (a, b) = (moved(self.du), moved(self.dv));
+        let (a, b) = (moved(grain.du), moved(grain.dv));
         let spot = Spot { u: x as f32, v: y as f32, fu: (a.0.abs() + b.0.abs()) as f32, fv: (a.1.abs() + b.1.abs()) as f32 };
         (t, x, y, spot)
     }
+}
+
+#[inline]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// For each bin of direction, the faces that a ray from `eye` in it may meet first.

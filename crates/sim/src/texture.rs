@@ -20,7 +20,7 @@ pub(crate) struct Spot {
 
 impl Spot {
     /// The same spot in units of `du` × `dv`, counted from (u0, v0).
-    fn scaled(self, u0: f32, v0: f32, du: f32, dv: f32) -> Self {
+    pub fn scaled(self, u0: f32, v0: f32, du: f32, dv: f32) -> Self {
         Self { u: (self.u - u0) / du, v: (self.v - v0) / dv, fu: self.fu / du, fv: self.fv / dv }
     }
 }
@@ -38,7 +38,7 @@ pub(crate) fn hash(x: u32, y: u32, seed: u32) -> u32 {
 
 /// A number in 0..1 for each cell.
 #[inline]
-fn cell(x: i32, y: i32, seed: u32) -> f32 {
+pub(crate) fn cell(x: i32, y: i32, seed: u32) -> f32 {
     (hash(x as u32, y as u32, seed) >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
@@ -51,7 +51,7 @@ fn floor_of(x: f32) -> i32 {
 
 /// Smooth noise, −1..=1, one grain a unit; fades out where the footprint is larger than half a grain.
 #[inline]
-fn noise(u: f32, v: f32, footprint: f32, seed: u32) -> f32 {
+pub(crate) fn noise(u: f32, v: f32, footprint: f32, seed: u32) -> f32 {
     let fade = (2.0 - 2.0 * footprint).clamp(0.0, 1.0);
     if fade == 0.0 {
         return 0.0;
@@ -66,14 +66,14 @@ fn noise(u: f32, v: f32, footprint: f32, seed: u32) -> f32 {
 
 /// Share of the footprint around `x` that lies between `low` and `high`.
 #[inline]
-fn band(x: f32, low: f32, high: f32, footprint: f32) -> f32 {
+pub(crate) fn band(x: f32, low: f32, high: f32, footprint: f32) -> f32 {
     let f = footprint.max(1e-5);
     ((x - low) / f + 0.5).clamp(0.0, 1.0) - ((x - high) / f + 0.5).clamp(0.0, 1.0)
 }
 
 /// Share of the footprint covered by lines of `width` at every whole number; all in units of the lines' distance.
 #[inline]
-fn lines(x: f32, width: f32, footprint: f32) -> f32 {
+pub(crate) fn lines(x: f32, width: f32, footprint: f32) -> f32 {
     // Integral of the pattern from 0 to x: whole lines passed, and the part of the present one.
     let integral = |x: f32| {
         let y = x + 0.5 * width;
@@ -86,7 +86,7 @@ fn lines(x: f32, width: f32, footprint: f32) -> f32 {
 
 /// Cells of one random brightness each, 0..1, exact under footprints up to one cell, then fading to the mean.
 #[inline]
-fn mosaic(spot: Spot, seed: u32) -> f32 {
+pub(crate) fn mosaic(spot: Spot, seed: u32) -> f32 {
     let split = |x: f32, footprint: f32| {
         let f = footprint.clamp(1e-5, 1.0);
         let low = floor_of(x - 0.5 * f);

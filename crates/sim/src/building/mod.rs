@@ -241,6 +241,7 @@ pub(crate) fn distance_to_wall(point: Pt2<Plan>, wall: &Wall) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planwalk_types::Cell;
 
     fn office(seed: u64) -> Building {
         Building::generate(&BuildingOptions::default(), Seed(seed)).unwrap()

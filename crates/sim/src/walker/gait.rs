@@ -6,6 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use planwalk_types::{PlanPose, Rigid3, Seed};
 use rand::RngExt;
 
+use super::habits::Habits;
 use super::pursuit::Stride;
 use super::{WalkOptions, WalkPose};
 
@@ -40,10 +41,11 @@ pub(super) struct Gait {
     pitch_down_rad: f64,
     /// Two for yaw, one for pitch, one for roll: no common period.
     waves: [Wave; 4],
+    habits: Habits,
 }
 
 impl Gait {
-    pub fn new(options: &WalkOptions, seed: Seed) -> Self {
+    pub fn new(options: &WalkOptions, habits: Habits, seed: Seed) -> Self {
         let mut rng = seed.derive("gait", 0);
         let wave = |rng: &mut planwalk_types::StreamRng, low: f64, high: f64| Wave {
             hertz: rng.random_range(low..high),
@@ -56,6 +58,7 @@ impl Gait {
             look_around_rad: options.look_around_rad,
             pitch_down_rad: rng.random_range(3.0..6.0f64).to_radians(),
             waves,
+            habits,
         }
     }
 
@@ -68,12 +71,16 @@ impl Gait {
         let (x, y) = (stride.x - s * left_m, stride.y + c * left_m);
         let z = self.height_m + amount * BOB_M * bob;
         let drift = self.waves.map(|wave| wave.at(stride.time_s));
+        let tremor = self.habits.tremor_rad(stride.time_s);
         let yaw = stride.heading_rad
             + GAZE_LEAD_S * stride.turn_rate_rad_s
             + self.look_around_rad * (0.65 * drift[0] + 0.35 * drift[1])
-            + amount * 0.006 * sway;
-        let pitch_down = self.pitch_down_rad + self.strength * 0.02 * drift[2] + amount * 0.006 * bob;
-        let roll = self.strength * 0.012 * drift[3] + amount * 0.01 * sway;
+            + amount * 0.006 * sway
+            + self.habits.glance_rad(stride.time_s)
+            + tremor[0];
+        let pitch_down =
+            self.pitch_down_rad + self.strength * 0.02 * drift[2] + amount * 0.006 * bob + self.habits.tilt_rad(stride.time_s) + tremor[1];
+        let roll = self.strength * 0.012 * drift[3] + amount * 0.01 * sway + tremor[2];
         let rotation = turn(Vector3::z(), yaw) * turn(Vector3::y(), pitch_down) * turn(Vector3::x(), roll) * body_from_camera();
         WalkPose { plan_from_camera: Rigid3::from_parts(Vector3::new(x, y, z), rotation), on_floor: PlanPose::new(x, y, yaw) }
     }
@@ -96,7 +103,8 @@ mod tests {
 
     #[test]
     fn the_camera_looks_where_the_floor_pose_says() {
-        let gait = Gait::new(&WalkOptions::default(), Seed(4));
+        let options = WalkOptions::default();
+        let gait = Gait::new(&options, Habits::new(&options, Seed(4)), Seed(4));
         let stride = Stride { time_s: 3.0, x: 2.0, y: -1.0, heading_rad: 2.2, turn_rate_rad_s: 0.4, speed_mps: 1.1, steps: 5.3 };
         let pose = gait.pose(&stride);
         let forward = pose.plan_from_camera.iso.rotation * Vector3::z();
@@ -111,7 +119,7 @@ mod tests {
     #[test]
     fn a_trolley_does_not_bob() {
         let options = WalkOptions { gait: 0.0, look_around_rad: 0.0, ..Default::default() };
-        let gait = Gait::new(&options, Seed(4));
+        let gait = Gait::new(&options, Habits::new(&options, Seed(4)), Seed(4));
         let stride = |steps: f64| Stride { time_s: 0.0, x: 0.0, y: 0.0, heading_rad: 0.0, turn_rate_rad_s: 0.0, speed_mps: 1.0, steps };
         let heights: Vec<f64> = (0..20).map(|i| gait.pose(&stride(0.1 * i as f64)).plan_from_camera.origin().coords.z).collect();
         assert!(heights.iter().all(|z| *z == options.camera_height_m), "{heights:?}");

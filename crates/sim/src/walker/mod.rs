@@ -4,56 +4,125 @@
 //!
 //! Frames: plan metres, z up; `plan_from_camera`. Time: seconds from the start of the walk.
 
+mod along;
 mod gait;
+mod habits;
 mod pursuit;
 mod route;
+pub mod statistics;
 
-use planwalk_types::{Cam, Plan, PlanPose, Pt2, Rigid3, Seed};
+use nalgebra::{UnitQuaternion, Vector3};
+use planwalk_types::{Cam, Plan, PlanPose, Pt2, Rigid3, Seed, Stamp};
+use serde::{Deserialize, Serialize};
 
 use crate::building::Building;
 use crate::error::{SimError, in_range};
-use crate::world::World;
+use crate::world::{Footing, World};
+use along::Along;
 use gait::Gait;
+use habits::Habits;
 use pursuit::Stride;
 
 /// Least distance of the walker's centre from anything, metres: half of a person's width and a hand.
 pub const CLEARANCE_M: f64 = 0.35;
 
-/// How long, how fast and how lively one walks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How long, how fast and how lively one walks. Every habit has a chance stream of its own; 0 turns it off.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct WalkOptions {
     /// Duration, seconds.
     pub duration_s: f64,
-    /// Frames per second.
-    pub fps: f64,
-    /// Speed on straight ways, m/s; people walk at 0.8 to 1.4 indoors.
+    /// Speed on straight ways, m/s; people walk at 0.6 to 1.6 indoors.
     pub speed_mps: f64,
+    /// How far from that the walk's own speed is drawn, m/s, up or down.
+    pub speed_spread_mps: f64,
+    /// How far the speed wanders within a walk, as a share of it.
+    pub speed_wander: f64,
     /// Height of the camera, metres; mean over the gait.
     pub camera_height_m: f64,
     /// Largest rate of turning of the body, rad/s; the head adds a little.
     pub turn_rate_rad_s: f64,
-    /// How far the head looks around, radians (amplitude).
+    /// How far the head looks around while walking, slowly, radians (amplitude).
     pub look_around_rad: f64,
     /// How strong the gait's bobbing and sway are; 1 is a person, 0 a trolley.
     pub gait: f64,
+    /// Share of the corners at which one stops, turns on the spot, and goes on.
+    pub turn_on_spot: f64,
+    /// Stops of one to four seconds, a minute.
+    pub stops_per_minute: f64,
+    /// Glances to a side for a second or two, a minute.
+    pub glances_per_minute: f64,
+    /// How far to the side the widest of them go, radians.
+    pub glance_rad: f64,
+    /// Times a minute that the phone is tilted down for a few seconds.
+    pub tilts_per_minute: f64,
+    /// How far down the deepest of these go, radians.
+    pub tilt_rad: f64,
+    /// Trembling of the hand, radians (standard deviation of each of yaw, pitch and roll).
+    pub tremor_rad: f64,
 }
 
 impl Default for WalkOptions {
-    /// Half a minute at 15 frames/s and an easy pace, camera at eye level.
+    /// Half a minute at an easy pace, camera at eye level, and nothing but walking.
     fn default() -> Self {
-        Self { duration_s: 30.0, fps: 15.0, speed_mps: 1.2, camera_height_m: 1.52, turn_rate_rad_s: 1.0, look_around_rad: 0.12, gait: 1.0 }
+        Self {
+            duration_s: 30.0,
+            speed_mps: 1.2,
+            speed_spread_mps: 0.0,
+            speed_wander: 0.06,
+            camera_height_m: 1.52,
+            turn_rate_rad_s: 1.0,
+            look_around_rad: 0.12,
+            gait: 1.0,
+            turn_on_spot: 0.0,
+            stops_per_minute: 0.0,
+            glances_per_minute: 0.0,
+            glance_rad: 1.4,
+            tilts_per_minute: 0.0,
+            tilt_rad: 0.55,
+            tremor_rad: 0.0,
+        }
     }
 }
 
 impl WalkOptions {
+    /// A walker with every habit that real ones have, in the hand's measure: phone at breast height, own pace, stops, glances,
+    /// tilts, corners turned on the spot, a trembling hand.
+    pub fn lively() -> Self {
+        Self {
+            duration_s: 60.0,
+            speed_mps: 1.1,
+            speed_spread_mps: 0.5,
+            speed_wander: 0.12,
+            camera_height_m: 1.42,
+            turn_rate_rad_s: 1.6,
+            look_around_rad: 0.2,
+            gait: 1.2,
+            turn_on_spot: 0.3,
+            stops_per_minute: 1.0,
+            glances_per_minute: 3.0,
+            tilts_per_minute: 1.5,
+            tremor_rad: 0.012,
+            ..Self::default()
+        }
+    }
+
     fn check(&self) -> Result<(), SimError> {
         in_range("the duration in seconds", self.duration_s, 1.0, 3600.0)?;
-        in_range("the frame rate in frames per second", self.fps, 0.5, 1000.0)?;
         in_range("the walking speed in m/s", self.speed_mps, 0.3, 2.0)?;
+        in_range("the spread of the walking speed in m/s", self.speed_spread_mps, 0.0, self.speed_mps - 0.3)?;
+        in_range("the wandering of the speed", self.speed_wander, 0.0, 0.5)?;
         in_range("the camera height in metres", self.camera_height_m, 0.5, 2.3)?;
         in_range("the turn rate in rad/s", self.turn_rate_rad_s, 0.3, 4.0)?;
         in_range("looking around in radians", self.look_around_rad, 0.0, 0.8)?;
-        in_range("the strength of the gait", self.gait, 0.0, 3.0)
+        in_range("the strength of the gait", self.gait, 0.0, 3.0)?;
+        in_range("the share of corners turned on the spot", self.turn_on_spot, 0.0, 1.0)?;
+        in_range("the stops a minute", self.stops_per_minute, 0.0, 20.0)?;
+        in_range("the glances a minute", self.glances_per_minute, 0.0, 30.0)?;
+        in_range("the width of glances in radians", self.glance_rad, 0.0, 2.0)?;
+        in_range("the tilts a minute", self.tilts_per_minute, 0.0, 20.0)?;
+        in_range("the depth of tilts in radians", self.tilt_rad, 0.0, 1.4)?;
+        in_range("the tremor in radians", self.tremor_rad, 0.0, 0.2)
     }
 }
 
@@ -69,11 +138,19 @@ pub struct WalkPose {
 /// A walk: a pose for every moment of it.
 #[derive(Debug, Clone)]
 pub struct Walk {
-    options: WalkOptions,
-    strides: Vec<Stride>,
-    gait: Gait,
+    duration_s: f64,
+    course: Course,
     doors_passed: usize,
     turns: usize,
+}
+
+/// Where the poses come from.
+#[derive(Debug, Clone)]
+enum Course {
+    /// A body that walks, and a camera on it.
+    Walker { strides: Vec<Stride>, gait: Box<Gait> },
+    /// Given poses.
+    Given(Along),
 }
 
 /// Routes tried before giving up. One in two is good enough, so 60 fail about once in 10¹⁸ where there is a way at all.
@@ -89,9 +166,10 @@ impl Walk {
     pub(crate) fn new(building: &Building, world: &World, options: &WalkOptions, seed: Seed) -> Result<Self, SimError> {
         options.check()?;
         let map = route::FreeMap::new(building, world);
+        let habits = Habits::new(options, seed);
         // Enough way for the whole time at full speed; what is too much is not walked.
-        let wanted_m = 1.05 * options.speed_mps * options.duration_s;
-        let gait = Gait::new(options, seed);
+        let wanted_m = 1.05 * habits.pace_mps * options.duration_s;
+        let gait = Gait::new(options, habits.clone(), seed);
         let (mut best, mut best_score, mut found_m): (Option<Self>, f64, f64) = (None, f64::NEG_INFINITY, 0.0);
         let mut good = 0;
         for attempt in 0..TRIES {
@@ -101,13 +179,17 @@ impl Walk {
             if route.length_m() < wanted_m {
                 continue;
             }
-            let strides = pursuit::walk(&route, world, options, seed);
-            let (doors_passed, turns) = (doors_passed(building, &strides), turns(&strides));
-            let walk = Self { options: *options, strides, gait: gait.clone(), doors_passed, turns };
-            if walk.least_clearance_m(world) < CLEARANCE_M {
+            let strides = pursuit::walk(&route, world, options, &habits, seed);
+            // Every 5 cm or so.
+            let every = (0.05 / habits.pace_mps / pursuit::TICK_S).max(1.0) as usize;
+            let clearance = |stride: &Stride| world.clearance(gait.pose(stride).on_floor.origin());
+            if strides.iter().step_by(every).map(clearance).any(|free_m| free_m < CLEARANCE_M) {
                 continue;
             }
-            let score = walk.score(building);
+            let (doors_passed, turns) = (doors_passed(building, &strides), turns(&strides));
+            let score = score(building, &strides, doors_passed, turns);
+            let course = Course::Walker { strides, gait: Box::new(gait.clone()) };
+            let walk = Self { duration_s: options.duration_s, course, doors_passed, turns };
             if score > best_score {
                 (best, best_score) = (Some(walk), score);
             }
@@ -119,9 +201,27 @@ impl Walk {
         best.ok_or(SimError::NoWalk { wanted_m, found_m, tries: TRIES })
     }
 
-    /// The options it was made with.
-    pub fn options(&self) -> &WalkOptions {
-        &self.options
+    /// A walk along given poses of a sensor to which the camera is fixed, turned by `mount` (`sensor_from_camera`; the identity where
+    /// the poses are the camera's own: x right, y down, z forward). Any rate, any height, any way up; time counts from the first pose,
+    /// and the frame rate is the camera's. Whether the path leads through walls is not checked.
+    ///
+    /// # Errors
+    /// [`SimError::Path`] for fewer than two poses, stamps that do not increase, or numbers that are not finite.
+    pub fn along(plan_from_sensor: &[(Stamp, Rigid3<Plan, Cam>)], mount: UnitQuaternion<f64>) -> Result<Self, SimError> {
+        let along = Along::new(plan_from_sensor, mount)?;
+        let mut walk = Self { duration_s: along.duration_s(), course: Course::Given(along), doors_passed: 0, turns: 0 };
+        walk.turns = turns(&walk.floor_line());
+        Ok(walk)
+    }
+
+    /// Counts the doors of a building that the walk goes through.
+    pub(crate) fn count_doors(&mut self, building: &Building) {
+        self.doors_passed = doors_passed(building, &self.floor_line());
+    }
+
+    /// How long it takes, seconds.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
     }
 
     /// Doors walked through.
@@ -134,43 +234,75 @@ impl Walk {
         self.turns
     }
 
-    /// Length on the floor, without the sway, metres.
+    /// Length on the floor, metres; without the sway where a body walks, of the smoothed path where poses are given.
     pub fn length_m(&self) -> f64 {
-        self.strides.windows(2).map(|w| libm::hypot(w[1].x - w[0].x, w[1].y - w[0].y)).sum()
+        let line = match &self.course {
+            Course::Walker { strides, .. } => strides,
+            Course::Given(_) => &self.floor_line(),
+        };
+        line.windows(2).map(|w| libm::hypot(w[1].x - w[0].x, w[1].y - w[0].y)).sum()
     }
 
     /// The camera at `seconds` from the start; before and after the walk it is where the walk began or ended.
     pub fn at(&self, seconds: f64) -> WalkPose {
-        self.gait.pose(&pursuit::between(&self.strides, seconds))
-    }
-
-    /// Least distance of the camera to anything that is in the way, metres.
-    fn least_clearance_m(&self, world: &World) -> f64 {
-        // Every 5 cm or so.
-        let every = (0.05 / self.options.speed_mps / pursuit::TICK_S).max(1.0) as usize;
-        self.strides
-            .iter()
-            .step_by(every)
-            .map(|stride| world.clearance(self.gait.pose(stride).on_floor.origin()))
-            .fold(f64::INFINITY, f64::min)
-    }
-
-    /// How much a walk tells: rooms seen, doors passed, ways not walked twice, little time spent on turning round.
-    fn score(&self, building: &Building) -> f64 {
-        let mut rooms = vec![false; building.rooms.len()];
-        let mut cells = std::collections::BTreeSet::new();
-        for stride in &self.strides {
-            if let Some(room) = building.room_at(Pt2::new(stride.x, stride.y)) {
-                rooms[room] = true;
+        match &self.course {
+            Course::Walker { strides, gait } => gait.pose(&pursuit::between(strides, seconds)),
+            Course::Given(along) => {
+                let plan_from_camera = along.at(seconds);
+                let (place, ahead) = (plan_from_camera.origin().coords, plan_from_camera.iso.rotation * Vector3::z());
+                let on_floor = PlanPose::new(place.x, place.y, libm::atan2(ahead.y, ahead.x));
+                WalkPose { plan_from_camera, on_floor }
             }
-            cells.insert(((stride.x * 2.0) as i64, (stride.y * 2.0) as i64));
         }
-        let rooms = rooms.iter().filter(|r| **r).count() as f64;
-        // Half-metre cells entered for each metre walked: near 2 when no way is walked twice.
-        let fresh = cells.len() as f64 / self.length_m().max(1.0);
-        let slow_s = self.strides.iter().filter(|s| s.speed_mps < 0.35).count() as f64 * pursuit::TICK_S;
-        rooms + self.doors_passed as f64 + 0.5 * self.turns.min(4) as f64 + 6.0 * fresh - 15.0 * slow_s / self.options.duration_s
     }
+
+    /// The camera's way on the floor, ten places a second: what other people go by.
+    pub(crate) fn footings(&self) -> Vec<Footing> {
+        self.floor_line().iter().map(|s| Footing { x: s.x, y: s.y, heading_rad: s.heading_rad }).collect()
+    }
+
+    /// The camera's way on the floor, ten times a second, each place the mean over a second: what the feet did, more or less.
+    fn floor_line(&self) -> Vec<Stride> {
+        let count = (self.duration_s * 10.0).floor() as usize;
+        let places: Vec<[f64; 2]> = (0..=count).map(|i| self.at(0.1 * i as f64).on_floor).map(|p| [p.x, p.y]).collect();
+        let mean = |i: usize| {
+            let window = &places[i.saturating_sub(5)..(i + 6).min(places.len())];
+            let sum = window.iter().fold([0.0, 0.0], |s, p| [s[0] + p[0], s[1] + p[1]]);
+            [sum[0] / window.len() as f64, sum[1] / window.len() as f64]
+        };
+        let smooth: Vec<[f64; 2]> = (0..places.len()).map(mean).collect();
+        let mut heading_rad = 0.0;
+        (0..smooth.len())
+            .map(|i| {
+                let (a, b) = (smooth[i.saturating_sub(1)], smooth[(i + 1).min(smooth.len() - 1)]);
+                let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+                // Who stands keeps the heading that he came with; headings are not wrapped.
+                if libm::hypot(dx, dy) > 0.02 {
+                    heading_rad += planwalk_types::wrap_angle(libm::atan2(dy, dx) - heading_rad);
+                }
+                Stride { time_s: 0.1 * i as f64, x: smooth[i][0], y: smooth[i][1], heading_rad, ..pursuit::STANDING }
+            })
+            .collect()
+    }
+}
+
+/// How much a walk tells: rooms seen, doors passed, ways not walked twice, little time spent on turning round.
+fn score(building: &Building, strides: &[Stride], doors_passed: usize, turns: usize) -> f64 {
+    let mut rooms = vec![false; building.rooms.len()];
+    let mut cells = std::collections::BTreeSet::new();
+    for stride in strides {
+        if let Some(room) = building.room_at(Pt2::new(stride.x, stride.y)) {
+            rooms[room] = true;
+        }
+        cells.insert(((stride.x * 2.0) as i64, (stride.y * 2.0) as i64));
+    }
+    let rooms = rooms.iter().filter(|r| **r).count() as f64;
+    let length_m: f64 = strides.windows(2).map(|w| libm::hypot(w[1].x - w[0].x, w[1].y - w[0].y)).sum();
+    // Half-metre cells entered for each metre walked: near 2 when no way is walked twice.
+    let fresh = cells.len() as f64 / length_m.max(1.0);
+    let slow_s = strides.iter().filter(|s| s.speed_mps < 0.35).count() as f64 * pursuit::TICK_S;
+    let duration_s = strides.last().map_or(1.0, |s| s.time_s).max(1.0);
+    rooms + doors_passed as f64 + 0.5 * turns.min(4) as f64 + 6.0 * fresh - 15.0 * slow_s / duration_s
 }
 
 /// How many doors a walk goes through.

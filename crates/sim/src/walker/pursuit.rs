@@ -6,6 +6,7 @@ use planwalk_types::{Pt2, Seed, wrap_angle};
 use rand::RngExt;
 
 use super::WalkOptions;
+use super::habits::{self, Habits};
 use super::route::Route;
 use crate::world::World;
 
@@ -21,6 +22,8 @@ const STOP_M: f64 = super::CLEARANCE_M + 0.03;
 const PREVIEW_M: f64 = 0.6;
 /// Speed of a step aside, m/s.
 const ASIDE_MPS: f64 = 0.3;
+/// How far beyond a corner one looks to when turning on the spot, metres.
+const SPOT_BEYOND_M: f64 = 0.9;
 /// Speed while turning round, as a share of the pace.
 const SMALL_STEPS: f64 = 0.25;
 /// Largest change of speed, m/s².
@@ -43,32 +46,88 @@ pub(super) struct Stride {
 }
 
 /// Walks the route for as long as the options say; stands before its end if there is time left.
-pub(super) fn walk(route: &Route, world: &World, options: &WalkOptions, seed: Seed) -> Vec<Stride> {
+pub(super) fn walk(route: &Route, world: &World, options: &WalkOptions, habits: &Habits, seed: Seed) -> Vec<Stride> {
     let mut rng = seed.derive("pace", 0);
     let rhythm: [f64; 2] = [rng.random_range(0.0..std::f64::consts::TAU), rng.random_range(0.07..0.13)];
     let (start, ahead) = (route.at(0.0), route.at(AHEAD_M));
     let heading_rad = libm::atan2(ahead[1] - start[1], ahead[0] - start[0]);
     let mut now = Stride { time_s: 0.0, x: start[0], y: start[1], heading_rad, turn_rate_rad_s: 0.0, speed_mps: 0.0, steps: 0.0 };
     let mut along_m: f64 = 0.0;
+    let mut spots = Spots::new(habits::chosen(corners(route), options.turn_on_spot, seed));
     let count = (options.duration_s / TICK_S).ceil() as usize;
     let mut strides = Vec::with_capacity(count + 1);
     strides.push(now);
     for _ in 0..count {
         let free_m = world.clearance(Pt2::new(now.x, now.y));
         along_m = lead(route, &now, along_m, AHEAD_M.min(AHEAD_SHARE * free_m));
+        let spot = spots.target(route, &now, along_m);
         // People are never quite steady; and they come to a stop by the end.
-        let steady = 1.0 + 0.06 * libm::sin(rhythm[0] + std::f64::consts::TAU * rhythm[1] * now.time_s);
+        let steady = 1.0 + options.speed_wander * libm::sin(rhythm[0] + std::f64::consts::TAU * rhythm[1] * now.time_s);
         let left_s = options.duration_s - 0.3 - now.time_s;
         let stop = (SPEEDING_MPS2 * left_s).max(0.0);
         let room_m = (route.length_m() - along_m + AHEAD_M - 0.3).max(0.0);
-        let pace = (options.speed_mps * steady).min(stop).min((2.0 * SPEEDING_MPS2 * room_m).sqrt());
-        let next = advance(now, route, along_m, pace, options.turn_rate_rad_s);
+        let pace = (habits.pace_mps * steady).min(stop).min((2.0 * SPEEDING_MPS2 * room_m).sqrt());
+        let pace = if spot.is_some() || habits.stands(now.time_s) { 0.0 } else { pace };
+        let next = advance(now, route, spot.unwrap_or(along_m), pace, options.turn_rate_rad_s);
         let next_free_m = world.clearance(Pt2::new(next.x, next.y));
         // Too close, and coming closer: step aside and turn on towards the way.
         now = if next_free_m < STOP_M && next_free_m < free_m { step_aside(now, next, world) } else { next };
         strides.push(now);
     }
     strides
+}
+
+/// Where the route turns by more than 50° within 1.2 m: the sharpest place of each such bend, metres along the route.
+fn corners(route: &Route) -> Vec<f64> {
+    let bend = |at: f64| {
+        let [a, b, c] = [at - 0.6, at, at + 0.6].map(|s| route.at(s));
+        wrap_angle(libm::atan2(c[1] - b[1], c[0] - b[0]) - libm::atan2(b[1] - a[1], b[0] - a[0])).abs()
+    };
+    let bends: Vec<(f64, f64)> = (6..(route.length_m() / 0.1) as usize).map(|i| (0.1 * i as f64, bend(0.1 * i as f64))).collect();
+    let mut corners: Vec<(f64, f64)> = Vec::new();
+    for (at, bend) in bends.into_iter().filter(|(_, bend)| *bend > 50f64.to_radians()) {
+        match corners.last_mut() {
+            Some(last) if at - last.0 < 1.5 => {
+                if bend > last.1 {
+                    *last = (at, bend);
+                }
+            }
+            _ => corners.push((at, bend)),
+        }
+    }
+    corners.into_iter().map(|(at, _)| at).collect()
+}
+
+/// Corners that are turned on the spot, one after the other.
+struct Spots {
+    corners: Vec<f64>,
+    next: usize,
+    /// Since when one turns, seconds.
+    since_s: Option<f64>,
+}
+
+impl Spots {
+    fn new(corners: Vec<f64>) -> Self {
+        Self { corners, next: 0, since_s: None }
+    }
+
+    /// The place on the route to turn to, while one stands at a corner.
+    fn target(&mut self, route: &Route, now: &Stride, along_m: f64) -> Option<f64> {
+        let corner = *self.corners.get(self.next)?;
+        // The way ahead has come round the corner: the body is close before it.
+        if self.since_s.is_none() && along_m > corner + 0.15 {
+            self.since_s = Some(now.time_s);
+        }
+        let since_s = self.since_s?;
+        let beyond = corner + SPOT_BEYOND_M;
+        let p = route.at(beyond);
+        let error = wrap_angle(libm::atan2(p[1] - now.y, p[0] - now.x) - now.heading_rad);
+        if error.abs() < 0.12 || now.time_s - since_s > 5.0 {
+            (self.next, self.since_s) = (self.next + 1, None);
+            return None;
+        }
+        Some(beyond)
+    }
 }
 
 /// The place on the route that one walks to: it runs ahead until it is `ahead_m` away. Where the way turns back, it comes past the
@@ -147,4 +206,5 @@ pub(super) fn between(strides: &[Stride], time_s: f64) -> Stride {
 }
 
 /// Nobody walks.
-const STANDING: Stride = Stride { time_s: 0.0, x: 0.0, y: 0.0, heading_rad: 0.0, turn_rate_rad_s: 0.0, speed_mps: 0.0, steps: 0.0 };
+pub(super) const STANDING: Stride =
+    Stride { time_s: 0.0, x: 0.0, y: 0.0, heading_rad: 0.0, turn_rate_rad_s: 0.0, speed_mps: 0.0, steps: 0.0 };

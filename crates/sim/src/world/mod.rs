@@ -5,9 +5,11 @@
 //! meets a face from *behind* must have come in through one of them.
 
 mod decor;
+mod figure;
 mod furniture;
 mod index;
 mod light;
+mod people;
 
 use planwalk_types::{FloorPlan, Plan, PlanError, Pt2, Pt3, Seed, Wall};
 
@@ -15,8 +17,11 @@ use crate::building::{Building, Door, distance_to_wall};
 use crate::look::Look;
 
 pub(crate) use decor::{Decor, DecorKind};
+pub(crate) use figure::{Cast, Met};
 use index::Index;
 pub(crate) use light::Light;
+pub use people::People;
+pub(crate) use people::{Crowd, Footing, Watch};
 
 /// Below this two places are the same, metres: far under a wall's thickness, far over round-off.
 const SAME_M: f64 = 1e-6;
