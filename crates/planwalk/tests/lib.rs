@@ -1,6 +1,7 @@
 //! Stories of the front door: what a person gets to see of a walk.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use planwalk::evaluate::{PlaceOptions, place};
 use planwalk::figure::{ParticleCloud, ParticlePicture, PlacementPicture, TrackPicture, TrajectoryPicture, png_of};
 use planwalk::locate::StartPrior;
 use planwalk::types::path::StepNoise;
@@ -8,7 +9,7 @@ use planwalk::types::{
     CameraPose, Estimate, FloorPlan, Hypothesis, OdometryScale, Path, Plan, PlanPose, Pt2, Rigid3, ScaleEstimate, Seed, Sighting, Stamp,
     Status, TrackingState, Wall,
 };
-use planwalk::{LocalizeOptions, Method, Walk, check_start, evaluate, localize};
+use planwalk::{LocalizeOptions, Method, Walk, check_start, localize};
 
 fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Wall {
     Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) }
@@ -85,7 +86,7 @@ fn a_walk_from_a_known_start_is_found_and_its_particles_are_kept() {
     let mut shares = Vec::new();
     let run = localize(&walk(), &plan(), &options, &mut |share| shares.push(share)).unwrap();
     assert!(shares.windows(2).all(|w| w[0] <= w[1]) && shares.last() == Some(&1.0), "progress rises to 1");
-    let errors = evaluate(&run.localization.track, &truth(), 0.01).unwrap();
+    let errors = place::score(&run.localization.track, &run.localization.filter, &truth(), &PlaceOptions::default()).unwrap().track;
     // Half a corridor's half width: the picture then shows the walk where it was.
     assert!(errors.median_m < 0.5 && errors.end_m < 0.5, "{errors:?}");
     assert!((2..=4).contains(&run.clouds.len()), "{} moments for the picture", run.clouds.len());

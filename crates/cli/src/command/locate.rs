@@ -1,9 +1,11 @@
 //! `planwalk locate`: where on the plan was it walked?
 
+use planwalk::evaluate::{AssociateOptions, PlaceOptions, place};
 use planwalk::figure::{ParticlePicture, TrackPicture};
 use planwalk::locate::LocateError;
-use planwalk::types::{FloorPlan, PlanPose, Stamp};
-use planwalk::{LocalizeOptions, Run, Walk, evaluate, tables, words};
+use planwalk::result::TruthEntry;
+use planwalk::types::{Estimate, FloorPlan, PlanPose, Stamp};
+use planwalk::{LocalizeOptions, Run, Walk, tables, words};
 
 use super::video::{Clip, follow};
 use super::{Task, name_of};
@@ -95,13 +97,8 @@ pub fn localize(
     bar.finish_and_clear();
     let found = &run.localization;
     task.result.set_localization(found);
-    if let Some(errors) = evaluate(&found.track, truth, 0.05) {
-        let end = planwalk::result::TruthEntry {
-            truth_end_error_m: errors.end_m,
-            truth_median_error_m: errors.median_m,
-            truth_in_region95: errors.end_in_region95,
-        };
-        task.result.truth = Some(end);
+    if !truth.is_empty() {
+        task.result.truth = truth_entry(&found.track, truth);
     }
     task.output.write("track.csv", tables::estimates_csv(&found.track))?;
     task.output.write("filter.csv", tables::estimates_csv(&found.filter))?;
@@ -110,6 +107,14 @@ pub fn localize(
     draw(task, &run, plan, title, truth)?;
     summary(task, &run);
     Ok(())
+}
+
+/// How far off the truth the track is; `None` where they share no time.
+fn truth_entry(track: &[Estimate], truth: &[(Stamp, PlanPose)]) -> Option<TruthEntry> {
+    // Half a step of a walker: odometry may have left out frames.
+    let associate = AssociateOptions { max_diff_s: 0.05, ..AssociateOptions::default() };
+    let scores = place::score(track, &[], truth, &PlaceOptions { associate, ..PlaceOptions::default() }).ok()?.track;
+    Some(TruthEntry { truth_end_error_m: scores.end_m, truth_median_error_m: scores.median_m, truth_in_region95: scores.end_in_radius95 })
 }
 
 /// A start that makes no sense is wrong use; a walk that makes none is no answer.

@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use planwalk::evaluate;
 use planwalk::result::ResultFile;
 use planwalk::types::{PlanPose, Status, wrap_angle};
 
-use crate::support::{data, folder, planwalk, read_track, truth_of_camera};
+use crate::support::{data, errors, folder, planwalk, read_track, truth_of_camera};
 
 const CORRIDOR: &str = "icsl_square3_corridor_walk";
 
@@ -30,7 +29,7 @@ fn the_corridor_walk_is_followed_on_its_plan_from_its_start() {
     let out = dir.path().join("out");
     corridor("locate", &clip, &out).arg("--plan").arg(clip.join("derived/map_walls.yaml")).args(["--start", "0,0,0"]).assert().success();
     let track = read_track(&out.join("track.csv"));
-    let errors = evaluate(&track, &truth_of_camera(&clip.join("derived/truth_12fps.tum")), 0.01).unwrap();
+    let errors = errors(&track, &truth_of_camera(&clip.join("derived/truth_12fps.tum")));
     assert_eq!((track.len(), errors.compared), (220, 220), "one unbroken path");
     assert!(errors.median_m <= 0.6 && errors.end_m <= 1.0, "{errors:?}");
     assert!(result(&out).gaps.is_empty());

@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use planwalk::evaluate;
 use planwalk::result::ResultFile;
 use planwalk::types::Status;
 
-use crate::support::{Simulated, folder, planwalk, read_track, simulated};
+use crate::support::{Simulated, errors, folder, planwalk, read_track, simulated};
 
 fn locate(walk: &Simulated, out: &Path, more: &[&str]) {
     let mut command = planwalk();
@@ -22,7 +21,7 @@ fn a_simulated_walk_is_found_without_start_heading_or_scale() {
     let out = dir.path().join("out");
     locate(&walk, &out, &["--quiet"]);
     let track = read_track(&out.join("track.csv"));
-    let errors = evaluate(&track, &walk.truth, 0.05).unwrap();
+    let errors = errors(&track, &walk.truth);
     assert_eq!(errors.compared, walk.truth.len());
     // A quarter of a door's width in the median, and never through another door.
     assert!(errors.median_m < 0.3 && errors.end_m < 0.6, "{errors:?}");

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use planwalk::evaluate::place::AnswerScores;
+use planwalk::evaluate::{AssociateOptions, PlaceOptions, place};
 use planwalk::types::{Estimate, PlanPose, Seed, Stamp};
 use planwalk_sim::{OdometryNoise, Scene, simulate_odometry};
 
@@ -88,28 +90,15 @@ pub fn data(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// `track.csv` or `filter.csv` as estimates with the columns that the stories need.
+/// `track.csv` or `filter.csv`.
 pub fn read_track(path: &Path) -> Vec<Estimate> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines();
-    assert_eq!(lines.next(), Some(planwalk::tables::COLUMNS));
-    lines.map(estimate).collect()
+    planwalk::tables::estimates_of_csv(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-fn estimate(line: &str) -> Estimate {
-    let cells: Vec<&str> = line.split(',').collect();
-    let number = |i: usize| cells[i].parse::<f64>().unwrap();
-    let mut covariance = nalgebra::Matrix3::zeros();
-    (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)], covariance[(2, 2)]) = (number(4), number(5), number(6), number(7));
-    covariance[(1, 0)] = covariance[(0, 1)];
-    Estimate {
-        stamp: Stamp::from_secs(number(0)).unwrap(),
-        pose: PlanPose::new(number(1), number(2), number(3)),
-        covariance,
-        radius95_m: number(8),
-        probability: number(9),
-        status: serde_json::from_str(&format!("\"{}\"", cells[10])).unwrap(),
-    }
+/// Errors of a track, with moments of the truth at most 0.05 s away.
+pub fn errors(track: &[Estimate], truth: &[(Stamp, PlanPose)]) -> AnswerScores {
+    let associate = AssociateOptions { max_diff_s: 0.05, ..AssociateOptions::default() };
+    place::score(track, &[], truth, &PlaceOptions { associate, ..PlaceOptions::default() }).unwrap().track
 }
 
 /// Poses on the floor from a TUM file of camera poses (x right, y down, z forward): the heading is where the camera looks.
