@@ -56,6 +56,17 @@ pub enum Command {
   planwalk place --poses walk.tum --plan map.yaml --odometry-scale metric -o out
   planwalk place --poses walk.tum --plan map.yaml --heading 90 --scale-range 0.8,1.2 -o out")]
     Place(PlaceArgs),
+    /// Scores localisers on many walks: real ones, simulated ones, or those of a suite of your own
+    #[command(after_help = "Suites that come along: smoke (under a minute), sim, real, odometry, speed.
+
+Examples:
+  planwalk bench smoke -o out
+  planwalk bench real --data ~/walks -o out --method planwalk --method report
+  planwalk bench sim -o out --shard 2/8          (then put the shards' results.jsonl together)
+  planwalk bench sim -o out --resume             (goes on where it was stopped)
+  planwalk bench sim -o new --compare old/results.jsonl
+  planwalk bench mine.toml --data . -o out")]
+    Bench(BenchArgs),
 }
 
 /// What every command takes.
@@ -240,6 +251,67 @@ pub struct PlaceArgs {
     pub common: Common,
 }
 
+/// Arguments of `bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// Suite: smoke, sim, real, odometry, speed, or a TOML file
+    #[arg(value_name = "SUITE")]
+    pub suite: String,
+    /// Folder that the suite's paths start from
+    #[arg(long, value_name = "DIR", env = "PLANWALK_DATA", default_value = "../shared/data")]
+    pub data: PathBuf,
+    /// Localiser to run; may be given more than once [default: both]
+    #[arg(long = "method", value_enum, value_name = "NAME")]
+    pub methods: Vec<MethodName>,
+    /// Seeds of each walk [default: as the suite says]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub seeds: Option<u64>,
+    /// Only walks whose names hold this text
+    #[arg(long, value_name = "TEXT")]
+    pub only: Option<String>,
+    /// Only every n-th job, from the i-th: for several machines
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Go on with the bench in DIR: what its results.jsonl has is not run again
+    #[arg(long)]
+    pub resume: bool,
+    /// Results of another bench: say what changed since, and whether it is noise
+    #[arg(long, value_name = "JSONL")]
+    pub compare: Option<PathBuf>,
+    /// Name the walks and do nothing
+    #[arg(long)]
+    pub list: bool,
+    /// Shared arguments; seeds are the suite's
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// A part of a bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which part, counted from 1.
+    pub part: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.part, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(part, of)| Some((part.trim().parse().ok()?, of.trim().parse().ok()?)));
+        match parts {
+            Some((part, of)) if (1..=of).contains(&part) => Ok(Self { part, of }),
+            _ => Err("give the part and the number of parts, e.g. 2/8 for the second of eight".to_owned()),
+        }
+    }
+}
+
 /// Solvers by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SolverName {
@@ -323,7 +395,7 @@ fn scale_range(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
-fn odometry_scale(text: &str) -> Result<OdometryScale, String> {
+pub fn odometry_scale(text: &str) -> Result<OdometryScale, String> {
     match text {
         "metric" => Ok(OdometryScale::Metric),
         "unknown" => Ok(OdometryScale::Unknown),
@@ -347,6 +419,12 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn shards_are_parts_of_a_whole() {
+        assert_eq!("2/8".parse(), Ok(Shard { part: 2, of: 8 }));
+        assert!(["0/8", "9/8", "1", "1/0", "a/b", "-1/2"].iter().all(|text| text.parse::<Shard>().is_err()));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 2 usage, 4 input unusable, 5 no answer at all.
 
 mod args;
+mod bench;
 mod command;
 mod failure;
 mod inputs;
@@ -21,6 +22,7 @@ fn main() -> ExitCode {
         Command::Track(args) => command::track::run(args),
         Command::Locate(args) => command::locate::run(args),
         Command::Place(args) => command::place::run(args),
+        Command::Bench(args) => command::bench::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,6 +5,7 @@
 //! Files are not opened here: frames, plans and poses come in as nouns (`planwalk-types`), pictures and tables go out as text
 //! and bytes. The same seed gives the same bytes on any number of threads.
 
+pub mod bench;
 pub mod evaluate;
 pub mod figure;
 pub mod report;

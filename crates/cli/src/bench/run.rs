@@ -106,7 +106,7 @@ impl Plan<'_> {
                 record.walk_s = prepared.duration_s();
                 record.odometry_s = prepared.odometry_s;
                 record.odometry.clone_from(&prepared.odometry);
-                record.error = score(answer, job, prepared, &mut record).err();
+                record.error = score(answer, prepared, &mut record).err();
             }
             Err(why) => record.error = Some(why),
         }
@@ -160,21 +160,21 @@ fn given(suite: &Suite, job: &Job<'_>) -> String {
 }
 
 /// Localises where there is something to localise, and scores the answer.
-fn score(answer: &Answer, job: &Job<'_>, prepared: &Prepared, record: &mut Record) -> Result<(), String> {
-    let options = evaluate::PlaceOptions { interpolate_truth_s: job.case.truth_gap_s, ..evaluate::PlaceOptions::default() };
+fn score(answer: &Answer, prepared: &Prepared, record: &mut Record) -> Result<(), String> {
     match (answer, &prepared.plan) {
         (Answer::Localiser(method), Some(plan)) => {
-            let options_of_run = LocalizeOptions { seed: Seed(job.seed), start: prepared.start, method: *method };
+            let options = LocalizeOptions { seed: Seed(record.seed), start: prepared.start, method: *method };
             let began = Instant::now();
-            let run = planwalk::localize(&prepared.walk, plan, &options_of_run, &mut |_| {}).map_err(|why| why.to_string())?;
+            let run = planwalk::localize(&prepared.walk, plan, &options, &mut |_| {}).map_err(|why| why.to_string())?;
             record.locate_s = Some(began.elapsed().as_secs_f64());
             let found = &run.localization;
             record.status = Some(found.status);
-            let ends: Vec<_> = found.hypotheses.iter().map(|h| h.pose).collect();
-            record.place = Some(
-                evaluate::score_place(&found.track, &found.filter, &ends, &prepared.truth_on_floor, &options)
-                    .map_err(|why| why.to_string())?,
-            );
+            let mut scores = evaluate::place::score(&found.track, &found.filter, &prepared.truth, &prepared.options)
+                .map_err(|why| why.to_string())?;
+            let places: Vec<_> = found.hypotheses.iter().map(|h| (h.probability, h.pose)).collect();
+            let end = found.track.last().map(|e| e.stamp);
+            scores.hypotheses = end.and_then(|end| evaluate::place::hypotheses(&places, end, &prepared.truth, &prepared.options));
+            record.place = Some(scores);
             Ok(())
         }
         (Answer::Localiser(_), None) => Err("there is no plan to localise on".to_owned()),

@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use planwalk::evaluate::Alignment;
 use planwalk::types::OdometryScale;
 use planwalk_sim::{OdometryNoise, SceneOptions};
 use serde::Deserialize;
@@ -99,7 +100,7 @@ pub struct Case {
     #[serde(default)]
     pub start_known: bool,
     /// Alignment of the odometry with the truth: se2, sim2, se3 or sim3.
-    pub align: Option<String>,
+    pub align: Option<Alignment>,
 }
 
 /// A family of simulated walks.

@@ -1,5 +1,6 @@
 //! One file a subcommand; what they share is here.
 
+pub mod bench;
 pub mod demo;
 pub mod locate;
 pub mod place;

@@ -100,7 +100,7 @@ pub fn table(changes: &[Change]) -> Table {
 
 /// Walks that ended right in one bench and not in the other: what to look at first.
 pub fn flips<'a>(before: &[Record], after: &'a [Record]) -> Vec<(&'a Record, bool)> {
-    let right = |r: &Record| r.place.as_ref().map(|p| p.end_right);
+    let right = |r: &Record| r.place.as_ref().map(|p| p.track.end_right);
     let flipped = |now: &'a Record| {
         let then = before.iter().find(|then| then.key() == now.key())?;
         match (right(then)?, right(now)?) {

@@ -1,0 +1,359 @@
+//! What does a localiser get, and what is true? A job's walk: read, followed, or simulated.
+//!
+//! Failures come back as text: one bad file must not end a bench, and its record says why there are no scores.
+
+use std::fmt::Display;
+use std::path::Path;
+use std::time::Instant;
+
+use planwalk::evaluate::{self, Alignment, AssociateOptions, OdometryScoreOptions, OdometryScores, PlaceOptions, PlaceScores};
+use planwalk::locate::StartPrior;
+use planwalk::odometry::{Odometry, OdometryOptions};
+use planwalk::types::path::StepNoise;
+use planwalk::types::{Body, Cam, Estimate, FloorPlan, OdometryScale, Plan, PlanPose, Rigid3, Seed, Stamp, Status, VideoFrame};
+use planwalk::{Walk, tables};
+use planwalk_io::plan::PlanOptions;
+use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
+use planwalk_io::video::VideoOptions;
+use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions, Scene, SceneOptions};
+
+use super::suite::{Case, Job, Simulate};
+
+/// Poses a second of odometry that is simulated along a given path.
+const ALONG_HZ: f64 = 5.0;
+/// How surely a stated start is known: half a metre and 10°, as a person points at it.
+const START_SIGMA: (f64, f64) = (0.5, 0.175);
+/// Truths farther apart than this are no neighbours: frames of a 12 Hz video find theirs.
+const MAX_DIFF_S: f64 = 0.05;
+
+/// A walk with its truth.
+pub struct Prepared {
+    /// What the localiser gets.
+    pub walk: Walk,
+    /// Where it is to be found; none where only the odometry is scored.
+    pub plan: Option<FloorPlan>,
+    /// Where it begins, if the localiser is told.
+    pub start: Option<StartPrior>,
+    /// Where it truly went.
+    pub truth: Vec<(Stamp, PlanPose)>,
+    /// How its moments and those of the truth are brought together.
+    pub options: PlaceOptions,
+    /// Time that the odometry took, seconds, where it was ours.
+    pub odometry_s: Option<f64>,
+    /// How the odometry followed.
+    pub odometry: Option<OdometryScores>,
+    /// How somebody else's answer scores on the plan.
+    pub place: Option<PlaceScores>,
+}
+
+impl Prepared {
+    /// From the first step to the last, seconds.
+    pub fn duration_s(&self) -> f64 {
+        let steps = &self.walk.path.steps;
+        steps.first().zip(steps.last()).map_or(0.0, |(first, last)| last.to.secs_since(first.from))
+    }
+}
+
+/// Makes a job's walk.
+pub fn prepare(job: &Job<'_>, data: &Path) -> Result<Prepared, String> {
+    let case = job.case;
+    let mut prepared = match (&case.simulate, &case.video, &case.poses, &case.along, &case.track) {
+        (Some(simulate), ..) => simulated(job, simulate)?,
+        (_, Some(video), ..) => from_video(job, data, video)?,
+        (_, _, Some(poses), ..) => from_poses(case, data, poses)?,
+        (_, _, _, Some(path), _) => along(job, data, path)?,
+        (_, _, _, _, Some(track)) => foreign(case, data, track)?,
+        _ => return Err("it has no walk".to_owned()),
+    };
+    if case.start_known {
+        prepared.start = prepared.truth.first().map(|(_, pose)| StartPrior {
+            x: pose.x,
+            y: pose.y,
+            heading_rad: prepared.options.truth_faces.then_some(pose.heading_rad),
+            sigma_m: START_SIGMA.0,
+            sigma_rad: START_SIGMA.1,
+        });
+    }
+    Ok(prepared)
+}
+
+fn from_video(job: &Job<'_>, data: &Path, video: &Path) -> Result<Prepared, String> {
+    let case = job.case;
+    let truth = Truth::read(case, data)?;
+    let plan = plan(case, data)?;
+    let source = planwalk_io::video::open(&data.join(video), &VideoOptions { fps: case.fps }).map_err(say("the video", video))?;
+    let camera = match &case.camera {
+        Some(file) => planwalk_io::camera::read_for(&data.join(file), source.size()).map_err(say("the camera", file))?,
+        None => planwalk::types::Camera::phone_prior(source.size().0, source.size().1),
+    };
+    let (odometry, seconds) = follow(source, &camera, job.seed)?;
+    let scores = truth.score_camera(case, &odometry)?;
+    Ok(truth.prepared(case, Walk::from(&odometry), plan, Some(seconds), Some(scores)))
+}
+
+fn follow<E: Display>(
+    frames: impl Iterator<Item = Result<VideoFrame, E>>,
+    camera: &planwalk::types::Camera,
+    seed: u64,
+) -> Result<(Odometry, f64), String> {
+    let began = Instant::now();
+    let options = OdometryOptions { seed: Seed(seed), ..OdometryOptions::default() };
+    let followed = planwalk::follow(frames, camera, &options, &mut |_| {});
+    if let Some(why) = followed.cut_short {
+        return Err(format!("the video ends early, after {} frames: {why}", followed.frames));
+    }
+    let odometry = followed.odometry.map_err(|why| format!("the video gives no odometry: {why}"))?;
+    Ok((odometry, began.elapsed().as_secs_f64()))
+}
+
+fn from_poses(case: &Case, data: &Path, poses: &Path) -> Result<Prepared, String> {
+    let truth = Truth::read(case, data)?;
+    let plan = plan(case, data)?;
+    let file = planwalk_io::trajectory::read(&data.join(poses), &poses_options(case)?).map_err(say("the poses", poses))?;
+    let sightings = match &case.sightings {
+        Some(file) => planwalk_io::sightings::read(&data.join(file)).map_err(say("the sightings", file))?,
+        None => Vec::new(),
+    };
+    let walk = Walk { path: file.trajectory.to_path(&StepNoise::default()), sightings, scale: case.scale()? };
+    let scores = truth.score_body(case, file.trajectory.poses())?;
+    Ok(truth.prepared(case, walk, plan, None, Some(scores)))
+}
+
+/// Odometry simulated along a true path, among the walls of a real plan.
+fn along(job: &Job<'_>, data: &Path, path: &Path) -> Result<Prepared, String> {
+    let case = job.case;
+    let plan = plan(case, data)?.ok_or("odometry along a path needs a plan to see")?;
+    let frame = frame_of(case.poses_frame.as_deref())?;
+    let poses = raw_poses(&data.join(path), path, case.poses_format.as_deref())?;
+    // Whoever walks looks along the path where the file does not say; seen from above, a camera looks along its z axis.
+    let cameras = poses.iter().map(|(stamp, pose)| (*stamp, camera_of(pose, frame))).collect::<Vec<_>>();
+    let walk = planwalk_sim::Walk::along(&cameras, nalgebra::UnitQuaternion::identity()).map_err(|why| why.to_string())?;
+    let count = (walk.duration_s() * ALONG_HZ).floor() as usize + 1;
+    let stamp = |i: usize| Stamp((i as f64 / ALONG_HZ * 1e9).round() as i64);
+    let truth: Vec<_> = (0..count).map(|i| (stamp(i), walk.at(stamp(i).as_secs()).on_floor)).collect();
+    let seed = Seed(job.seed).child("bench", 0);
+    let walls = Building::from_plan(&plan, &PlanWorldOptions::default(), seed).map_err(|why| why.to_string())?.solid_lines();
+    let noise = case.noise.unwrap_or_else(OdometryNoise::monocular);
+    let (path, sightings) = planwalk_sim::simulate_odometry(&truth, &walls, &noise, seed);
+    Ok(simulated_walk(path, sightings, &noise, truth, plan))
+}
+
+fn simulated_walk(
+    path: planwalk::types::Path,
+    sightings: Vec<planwalk::types::Sighting>,
+    noise: &OdometryNoise,
+    truth: Vec<(Stamp, PlanPose)>,
+    plan: FloorPlan,
+) -> Prepared {
+    // Odometry whose unit is a metre up to what was drawn says so; a localiser is told no more than a user would know.
+    let scale = if noise.scale_sigma > 0.0 { OdometryScale::Unknown } else { OdometryScale::Metric };
+    Prepared {
+        walk: Walk { path, sightings, scale },
+        plan: Some(plan),
+        start: None,
+        truth,
+        options: place_options(None, true),
+        odometry_s: None,
+        odometry: None,
+        place: None,
+    }
+}
+
+/// A generated building, and a walk through it.
+fn simulated(job: &Job<'_>, simulate: &Simulate) -> Result<Prepared, String> {
+    let (building, walk) = job.of.unwrap_or_default();
+    let family = Seed(job.seed).child(&job.case.name, building);
+    let scene = scene(simulate, family, walk)?;
+    if simulate.render {
+        let frames = scene.frames().map(Ok::<_, std::convert::Infallible>);
+        let (odometry, seconds) = follow(frames, scene.camera(), job.seed)?;
+        let truth = scene.truth();
+        let seen: Vec<_> = odometry.poses.iter().map(|p| (p.stamp, p.odom_from_camera)).collect();
+        let options = OdometryScoreOptions { associate: associate(None), ..OdometryScoreOptions::default() };
+        let scores = evaluate::odometry::score(&seen, &truth, Alignment::Sim3, &options).map_err(|why| why.to_string())?;
+        let options = place_options(None, true);
+        return Ok(Prepared {
+            walk: Walk::from(&odometry),
+            plan: Some(scene.plan()),
+            start: None,
+            truth: scene.truth_on_floor(),
+            options,
+            odometry_s: Some(seconds),
+            odometry: Some(scores),
+            place: None,
+        });
+    }
+    let noise = job.case.noise.unwrap_or_else(OdometryNoise::monocular);
+    let simulated = scene.odometry(&noise, simulate.odometry_hz);
+    Ok(simulated_walk(simulated.path, simulated.sightings, &noise, simulated.truth, scene.plan()))
+}
+
+/// Draws that are no walk (every door on the way shut) are drawn anew, a few times.
+fn scene(simulate: &Simulate, family: Seed, walk: u64) -> Result<Scene, String> {
+    let mut refused = String::new();
+    for attempt in 0..8 {
+        let seed = family.child("walk", walk).child("attempt", attempt);
+        // The building is the family's; only where it has no walk at all is it another one.
+        let building = Building::generate(&simulate.scene.building, family.child("building", attempt / 2));
+        let options = SceneOptions { seed, ..simulate.scene.clone() };
+        match building.and_then(|building| Scene::new(building, &options)) {
+            Ok(scene) => return Ok(scene),
+            Err(why) => refused = why.to_string(),
+        }
+    }
+    Err(refused)
+}
+
+/// Somebody else's answer.
+fn foreign(case: &Case, data: &Path, track: &Path) -> Result<Prepared, String> {
+    let truth = Truth::read(case, data)?;
+    let file = planwalk_io::trajectory::read(&data.join(track), &poses_options(case)?).map_err(say("the track", track))?;
+    let path = file.trajectory.to_path(&StepNoise::default());
+    let walk = Walk { path, sightings: Vec::new(), scale: OdometryScale::Metric };
+    let (mut scores, mut place) = (None, None);
+    if case.plan.is_some() {
+        let answer: Vec<Estimate> = file.trajectory.poses().iter().map(|(stamp, pose)| estimate(*stamp, &pose.iso)).collect();
+        let options = place_options(case.truth_gap_s, truth.faces);
+        place = Some(evaluate::place::score(&answer, &[], &truth.on_floor, &options).map_err(|why| why.to_string())?);
+    } else {
+        scores = Some(truth.score_body(case, file.trajectory.poses())?);
+    }
+    let mut prepared = truth.prepared(case, walk, None, None, scores);
+    prepared.place = place;
+    Ok(prepared)
+}
+
+/// A pose without any claim of how sure it is.
+fn estimate(stamp: Stamp, pose: &nalgebra::Isometry3<f64>) -> Estimate {
+    let pose = on_floor(pose, PosesFrame::Body);
+    Estimate { stamp, pose, covariance: nalgebra::Matrix3::zeros(), radius95_m: 0.0, probability: 1.0, status: Status::Tracking }
+}
+
+/// Where it truly went.
+struct Truth {
+    /// Poses as the file has them.
+    poses: Vec<(Stamp, Rigid3<Plan, Body>)>,
+    frame: PosesFrame,
+    on_floor: Vec<(Stamp, PlanPose)>,
+    faces: bool,
+}
+
+impl Truth {
+    fn read(case: &Case, data: &Path) -> Result<Self, String> {
+        let path = case.truth.as_ref().ok_or("it has no truth")?;
+        let frame = frame_of(case.truth_frame.as_deref())?;
+        let options = PosesOptions { frame: Some(PosesFrame::Body), fps: case.fps, ..PosesOptions::default() };
+        let file = planwalk_io::trajectory::read(&data.join(path), &options).map_err(say("the truth", path))?;
+        let frame = if matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices) { PosesFrame::Camera } else { frame };
+        let shift = |stamp: Stamp| Stamp::from_secs(case.truth_offset_s).map_or(stamp, |by| Stamp(stamp.0.saturating_add(by.0)));
+        let poses: Vec<_> =
+            file.trajectory.poses().iter().map(|(stamp, pose)| (shift(*stamp), Rigid3::<Plan, Body>::new(pose.iso))).collect();
+        let on_floor = poses.iter().map(|(stamp, pose)| (*stamp, on_floor(&pose.iso, frame))).collect();
+        Ok(Self { poses, frame, on_floor, faces: !file.notes.iter().any(|n| n.contains("no heading")) })
+    }
+
+    fn prepared(
+        self,
+        case: &Case,
+        walk: Walk,
+        plan: Option<FloorPlan>,
+        odometry_s: Option<f64>,
+        odometry: Option<OdometryScores>,
+    ) -> Prepared {
+        let options = place_options(case.truth_gap_s, self.faces);
+        Prepared { walk, plan, start: None, truth: self.on_floor, options, odometry_s, odometry, place: None }
+    }
+
+    /// Camera poses against the truth's, which must be a camera's too.
+    fn score_camera(&self, case: &Case, odometry: &Odometry) -> Result<OdometryScores, String> {
+        let cameras: Vec<_> = self.poses.iter().map(|(stamp, pose)| (*stamp, camera_of(pose, self.frame))).collect();
+        let seen: Vec<_> = odometry.poses.iter().map(|p| (p.stamp, p.odom_from_camera)).collect();
+        self.score(case, &seen, &cameras, Alignment::Sim3)
+    }
+
+    /// A body's poses against the truth, on the floor.
+    fn score_body<A>(&self, case: &Case, poses: &[(Stamp, Rigid3<A, Body>)]) -> Result<OdometryScores, String> {
+        let bodies: Vec<_> = match self.frame {
+            PosesFrame::Body => self.poses.clone(),
+            PosesFrame::Camera if case.align.is_some_and(|a| !a.planar()) => {
+                // Both are a camera's in a world of their own: the reader has turned the estimate to a body's.
+                self.poses.iter().map(|(stamp, pose)| (*stamp, Rigid3::new(body_of(&pose.iso)))).collect()
+            }
+            PosesFrame::Camera => self.on_floor.iter().map(|(stamp, pose)| (*stamp, tables::upright(pose))).collect(),
+        };
+        self.score(case, poses, &bodies, Alignment::Sim2)
+    }
+
+    fn score<A, B>(
+        &self,
+        case: &Case,
+        estimate: &[(Stamp, Rigid3<A, B>)],
+        truth: &[(Stamp, Rigid3<Plan, B>)],
+        usual: Alignment,
+    ) -> Result<OdometryScores, String> {
+        let alignment = case.align.unwrap_or(usual);
+        let options = OdometryScoreOptions { associate: associate(case.truth_gap_s), truth_faces: self.faces, ..Default::default() };
+        evaluate::odometry::score(estimate, truth, alignment, &options).map_err(|why| format!("the odometry cannot be scored: {why}"))
+    }
+}
+
+fn associate(max_gap_s: Option<f64>) -> AssociateOptions {
+    AssociateOptions { max_diff_s: MAX_DIFF_S, max_gap_s, ..AssociateOptions::default() }
+}
+
+fn place_options(max_gap_s: Option<f64>, truth_faces: bool) -> PlaceOptions {
+    PlaceOptions { associate: associate(max_gap_s), truth_faces, ..PlaceOptions::default() }
+}
+
+fn plan(case: &Case, data: &Path) -> Result<Option<FloorPlan>, String> {
+    let options = PlanOptions { metres_per_pixel: case.metres_per_pixel, measure: None };
+    let read = |file: &std::path::PathBuf| planwalk_io::plan::read(&data.join(file), &options).map_err(say("the plan", file));
+    Ok(case.plan.as_ref().map(read).transpose()?.map(|file| file.plan))
+}
+
+fn poses_options(case: &Case) -> Result<PosesOptions, String> {
+    let format = case.poses_format.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
+    let frame = case.poses_frame.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
+    Ok(PosesOptions { format, frame, fps: case.fps })
+}
+
+fn frame_of(name: Option<&str>) -> Result<PosesFrame, String> {
+    name.map_or(Ok(PosesFrame::Body), |name| name.parse().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string()))
+}
+
+/// Poses as the file has them: of whatever it is that they are of, in a world with z up.
+fn raw_poses(path: &Path, name: &Path, format: Option<&str>) -> Result<Vec<(Stamp, Rigid3<Plan, Body>)>, String> {
+    let format = format.map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
+    let options = PosesOptions { format, frame: Some(PosesFrame::Body), fps: None };
+    let file = planwalk_io::trajectory::read(path, &options).map_err(say("the path", name))?;
+    Ok(file.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, Rigid3::new(pose.iso))).collect())
+}
+
+/// The camera of a pose that is a camera's or a body's (x forward, y left, z up).
+fn camera_of(pose: &Rigid3<Plan, Body>, frame: PosesFrame) -> Rigid3<Plan, Cam> {
+    // Camera axes (right, down, forward) in body axes.
+    let body_from_camera = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.5, -0.5, 0.5, -0.5));
+    match frame {
+        PosesFrame::Camera => Rigid3::new(pose.iso),
+        PosesFrame::Body => Rigid3::from_parts(pose.iso.translation.vector, pose.iso.rotation * body_from_camera),
+    }
+}
+
+/// The body of a camera's pose.
+fn body_of(camera: &nalgebra::Isometry3<f64>) -> nalgebra::Isometry3<f64> {
+    let camera_from_body = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.5, 0.5, -0.5, 0.5));
+    nalgebra::Isometry3::from_parts(camera.translation, camera.rotation * camera_from_body)
+}
+
+/// Seen from above, facing where the body or the camera faces.
+fn on_floor(pose: &nalgebra::Isometry3<f64>, frame: PosesFrame) -> PlanPose {
+    let forward = match frame {
+        PosesFrame::Body => pose.rotation * nalgebra::Vector3::x(),
+        PosesFrame::Camera => pose.rotation * nalgebra::Vector3::z(),
+    };
+    PlanPose::new(pose.translation.x, pose.translation.y, forward.y.atan2(forward.x))
+}
+
+fn say<'a, E: Display>(what: &'a str, path: &'a Path) -> impl FnOnce(E) -> String + 'a {
+    move |why| format!("{what} cannot be used: {why} ({})", path.display())
+}

@@ -1,0 +1,180 @@
+//! `planwalk bench`: how good is a localiser over many walks, and did it get better?
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use planwalk::Method;
+use planwalk::bench::table::Table;
+use planwalk::bench::{self, Record};
+use planwalk::figure::{BenchPicture, png_of};
+use serde::Serialize;
+
+use crate::args::{BenchArgs, MethodName};
+use crate::bench::run::Plan;
+use crate::bench::suite::{Job, Suite};
+use crate::failure::{self, Failure};
+use crate::output::Output;
+use crate::say::{self, Voice};
+
+/// Every run, one a line.
+const RESULTS: &str = "results.jsonl";
+
+/// Runs a suite, or the rest of it, and says what came of it.
+pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    let voice = Voice { quiet: args.common.quiet };
+    let suite = Suite::open(&args.suite)?;
+    let jobs = chosen(&suite, args)?;
+    if args.list {
+        jobs.iter().for_each(|job| say::stdout_text(&format!("{} (seed {})\n", job.name, job.seed)));
+        return Ok(());
+    }
+    let before = args.compare.as_deref().map(read).transpose()?;
+    let output = Output::open(&args.common.output, args.common.force || args.resume)?;
+    let results = output.path(RESULTS);
+    let known = if args.resume && results.is_file() { keep_whole_lines(&results)? } else { start_anew(&results)? };
+    let threads = args.common.threads.map_or_else(cores, usize::from);
+    let mut plan = Plan { suite: &suite, jobs, methods: methods(args), data: &args.data, threads };
+    plan.without(&known);
+    voice.say(&format!("{}: {}; {} walks to do, on {threads} threads", suite.name, suite.about, plan.jobs.len()));
+    let bar = voice.bar("walks", Some(plan.jobs.len() as u64));
+    let failed = Mutex::new(Vec::new());
+    plan.run(&results, &|records| {
+        bar.inc(1);
+        if let (Ok(mut failed), Some(why)) = (failed.lock(), records.iter().find_map(|r| r.error.as_ref())) {
+            failed.push(format!("{} (seed {}): {why}", records[0].case, records[0].seed));
+        }
+    })?;
+    bar.finish_and_clear();
+    let records = in_order(&suite, read(&results)?);
+    for why in failed.into_inner().unwrap_or_default() {
+        voice.say(&format!("note: no scores for {why}"));
+    }
+    finish(args, &suite, &output, voice, &records, before.as_deref())
+}
+
+/// Tables and pictures.
+fn finish(
+    args: &BenchArgs,
+    suite: &Suite,
+    output: &Output,
+    voice: Voice,
+    records: &[Record],
+    before: Option<&[Record]>,
+) -> Result<(), Failure> {
+    let table = bench::table::summary(records);
+    let mut page = format!("# Bench {}\n\n{}.\n\n{}", suite.name, suite.about, table.markdown());
+    page.push_str("\nIn brackets: 95 % intervals over walks and seeds (bootstrap; Wilson for shares). Median over walks where no % is said.\n");
+    if let Some(before) = before {
+        let changes = bench::compare(before, records);
+        let compared = bench::compare::table(&changes);
+        page.push_str(&format!("\n## Changes\n\n{}", compared.markdown()));
+        page.push_str(&flips(before, records));
+    }
+    output.write("table.md", &page)?;
+    let title = format!("planwalk bench {}: {}", suite.name, suite.about);
+    let svg = BenchPicture { title: &title, records }.svg();
+    let png = png_of(&svg).map_err(|why| Failure::output(why, &output.path("bench.png")))?;
+    output.write("bench.svg", svg)?;
+    output.write("bench.png", png)?;
+    if args.common.json {
+        say::stdout_text(&summary_json(suite, records, &table));
+    } else if !args.common.quiet {
+        say::stdout_text(&page);
+    }
+    voice.say(&format!("results: {}", output.path(RESULTS).display()));
+    if records.iter().all(|r| r.error.is_some()) {
+        let why = records.iter().find_map(|r| r.error.clone()).unwrap_or_default();
+        return Err(Failure { message: format!("no walk could be scored: {why}; is --data the folder that the suite means?"), code: failure::INPUT });
+    }
+    Ok(())
+}
+
+/// Walks that were right and are not, or the other way round, each with what repeats it.
+fn flips(before: &[Record], after: &[Record]) -> String {
+    let flips = bench::compare::flips(before, after);
+    let line = |(record, now_right): &(&Record, bool)| {
+        let (case, seed, method) = (&record.case, record.seed, &record.method);
+        let way = if *now_right { "wrong → right" } else { "right → wrong" };
+        format!("* {way}: {case}, seed {seed}, {method} (`planwalk bench {} --only \"{case}\" --method {method} -o DIR`)\n", record.suite)
+    };
+    if flips.is_empty() { String::new() } else { format!("\n## Flips\n\n{}", flips.iter().map(line).collect::<String>()) }
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    suite: &'a str,
+    records: usize,
+    failed: usize,
+    head: &'a [String],
+    rows: &'a [Vec<String>],
+}
+
+fn summary_json(suite: &Suite, records: &[Record], table: &Table) -> String {
+    let failed = records.iter().filter(|r| r.error.is_some()).count();
+    let summary = Summary { suite: &suite.name, records: records.len(), failed, head: &table.head, rows: &table.rows };
+    // Text and numbers always become JSON.
+    serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n"
+}
+
+fn chosen<'a>(suite: &'a Suite, args: &BenchArgs) -> Result<Vec<Job<'a>>, Failure> {
+    let mut jobs = suite.jobs(args.seeds);
+    if let Some(text) = &args.only {
+        jobs.retain(|job| job.name.contains(text.as_str()));
+        if jobs.is_empty() {
+            return Err(Failure::usage(format!("no walk of the suite {} has \"{text}\" in its name; --list names them", suite.name)));
+        }
+    }
+    if let Some(shard) = args.shard {
+        let mut index = 0;
+        jobs.retain(|_| {
+            index += 1;
+            index % shard.of == shard.part % shard.of
+        });
+    }
+    Ok(jobs)
+}
+
+fn methods(args: &BenchArgs) -> Vec<Method> {
+    let all = [MethodName::Planwalk, MethodName::Report];
+    let asked = if args.methods.is_empty() { &all[..] } else { &args.methods[..] };
+    let mut methods: Vec<Method> = asked.iter().map(|name| Method::from(*name)).collect();
+    methods.sort();
+    methods.dedup();
+    methods
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn read(path: &Path) -> Result<Vec<Record>, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|why| Failure::input("the bench's results", why, path))?;
+    bench::record::parse(&text).map_err(|why| Failure::input("the bench's results", why, path))
+}
+
+/// The records of an interrupted bench; a line that it did not finish is cut off, so that the next one does not join it.
+fn keep_whole_lines(path: &Path) -> Result<Vec<Record>, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|why| Failure::input("the bench's results", why, path))?;
+    let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+    std::fs::write(path, whole).map_err(|why| Failure::output(why, path))?;
+    bench::record::parse(whole).map_err(|why| Failure::input("the bench's results", why, path))
+}
+
+fn start_anew(path: &Path) -> Result<Vec<Record>, Failure> {
+    std::fs::write(path, "").map_err(|why| Failure::output(why, path))?;
+    Ok(Vec::new())
+}
+
+/// The newest record of each run, in the suite's order: workers end in any order, and what failed may have been tried again.
+fn in_order(suite: &Suite, records: Vec<Record>) -> Vec<Record> {
+    let mut newest: Vec<Record> = Vec::new();
+    for record in records {
+        match newest.iter_mut().find(|known| known.key() == record.key()) {
+            Some(known) => *known = record,
+            None => newest.push(record),
+        }
+    }
+    let place = |record: &Record| suite.cases.iter().position(|case| record.case == case.name || record.case.starts_with(&format!("{}/", case.name)));
+    newest.sort_by_cached_key(|record| (place(record), record.case.clone(), record.seed, record.method.clone()));
+    newest
+}
