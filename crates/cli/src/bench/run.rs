@@ -169,8 +169,8 @@ fn score(answer: &Answer, prepared: &Prepared, record: &mut Record) -> Result<()
             record.locate_s = Some(began.elapsed().as_secs_f64());
             let found = &run.localization;
             record.status = Some(found.status);
-            let mut scores = evaluate::place::score(&found.track, &found.filter, &prepared.truth, &prepared.options)
-                .map_err(|why| why.to_string())?;
+            let mut scores =
+                evaluate::place::score(&found.track, &found.filter, &prepared.truth, &prepared.options).map_err(|why| why.to_string())?;
             let places: Vec<_> = found.hypotheses.iter().map(|h| (h.probability, h.pose)).collect();
             let end = found.track.last().map(|e| e.stamp);
             scores.hypotheses = end.and_then(|end| evaluate::place::hypotheses(&places, end, &prepared.truth, &prepared.options));

@@ -4,7 +4,7 @@
 
 use std::fmt::Display;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use planwalk::evaluate::{self, Alignment, AssociateOptions, OdometryScoreOptions, OdometryScores, PlaceOptions, PlaceScores};
 use planwalk::locate::StartPrior;
@@ -91,19 +91,27 @@ fn from_video(job: &Job<'_>, data: &Path, video: &Path) -> Result<Prepared, Stri
     Ok(truth.prepared(case, Walk::from(&odometry), plan, Some(seconds), Some(scores)))
 }
 
+/// The odometry of a video and the seconds that it took, without those in which frames were read or drawn.
 fn follow<E: Display>(
-    frames: impl Iterator<Item = Result<VideoFrame, E>>,
+    mut frames: impl Iterator<Item = Result<VideoFrame, E>>,
     camera: &planwalk::types::Camera,
     seed: u64,
 ) -> Result<(Odometry, f64), String> {
-    let began = Instant::now();
+    let (began, mut fetching) = (Instant::now(), Duration::ZERO);
+    let timed = std::iter::from_fn(|| {
+        let asked = Instant::now();
+        let frame = frames.next();
+        fetching += asked.elapsed();
+        frame
+    });
     let options = OdometryOptions { seed: Seed(seed), ..OdometryOptions::default() };
-    let followed = planwalk::follow(frames, camera, &options, &mut |_| {});
+    let followed = planwalk::follow(timed, camera, &options, &mut |_| {});
+    let seconds = began.elapsed().saturating_sub(fetching).as_secs_f64();
     if let Some(why) = followed.cut_short {
         return Err(format!("the video ends early, after {} frames: {why}", followed.frames));
     }
     let odometry = followed.odometry.map_err(|why| format!("the video gives no odometry: {why}"))?;
-    Ok((odometry, began.elapsed().as_secs_f64()))
+    Ok((odometry, seconds))
 }
 
 fn from_poses(case: &Case, data: &Path, poses: &Path) -> Result<Prepared, String> {
@@ -312,8 +320,10 @@ fn plan(case: &Case, data: &Path) -> Result<Option<FloorPlan>, String> {
 }
 
 fn poses_options(case: &Case) -> Result<PosesOptions, String> {
-    let format = case.poses_format.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
-    let frame = case.poses_frame.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
+    let format =
+        case.poses_format.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
+    let frame =
+        case.poses_frame.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
     Ok(PosesOptions { format, frame, fps: case.fps })
 }
 

@@ -63,7 +63,9 @@ fn finish(
 ) -> Result<(), Failure> {
     let table = bench::table::summary(records);
     let mut page = format!("# Bench {}\n\n{}.\n\n{}", suite.name, suite.about, table.markdown());
-    page.push_str("\nIn brackets: 95 % intervals over walks and seeds (bootstrap; Wilson for shares). Median over walks where no % is said.\n");
+    page.push_str(
+        "\nIn brackets: 95 % intervals over walks and seeds (bootstrap; Wilson for shares). Median over walks where no % is said.\n",
+    );
     if let Some(before) = before {
         let changes = bench::compare(before, records);
         let compared = bench::compare::table(&changes);
@@ -84,7 +86,10 @@ fn finish(
     voice.say(&format!("results: {}", output.path(RESULTS).display()));
     if records.iter().all(|r| r.error.is_some()) {
         let why = records.iter().find_map(|r| r.error.clone()).unwrap_or_default();
-        return Err(Failure { message: format!("no walk could be scored: {why}; is --data the folder that the suite means?"), code: failure::INPUT });
+        return Err(Failure {
+            message: format!("no walk could be scored: {why}; is --data the folder that the suite means?"),
+            code: failure::INPUT,
+        });
     }
     Ok(())
 }
@@ -174,7 +179,9 @@ fn in_order(suite: &Suite, records: Vec<Record>) -> Vec<Record> {
             None => newest.push(record),
         }
     }
-    let place = |record: &Record| suite.cases.iter().position(|case| record.case == case.name || record.case.starts_with(&format!("{}/", case.name)));
+    let place = |record: &Record| {
+        suite.cases.iter().position(|case| record.case == case.name || record.case.starts_with(&format!("{}/", case.name)))
+    };
     newest.sort_by_cached_key(|record| (place(record), record.case.clone(), record.seed, record.method.clone()));
     newest
 }

@@ -60,11 +60,9 @@ impl Metric {
 pub const METRICS: [Metric; 14] = [
     Metric::new("end right %", Kind::Share, |r| flag(r.place.as_ref()?.track.end_right)).percent().higher().drawn(),
     Metric::new("tracking %", Kind::Share, |r| r.place.as_ref().and(flag(r.status? == Status::Tracking))).percent().higher(),
-    Metric::new("wrong yet tracking %", Kind::Share, |r| {
-        flag(r.status? == Status::Tracking && !r.place.as_ref()?.track.end_right)
-    })
-    .percent()
-    .drawn(),
+    Metric::new("wrong yet tracking %", Kind::Share, |r| flag(r.status? == Status::Tracking && !r.place.as_ref()?.track.end_right))
+        .percent()
+        .drawn(),
     Metric::new("track median m", Kind::Median, |r| Some(r.place.as_ref()?.track.median_m)).drawn(),
     Metric::new("track end m", Kind::Median, |r| Some(r.place.as_ref()?.track.end_m)),
     Metric::new("causal < 1 m after m", Kind::Median, |r| {
