@@ -128,6 +128,14 @@ impl Scene {
         self.plan.clone()
     }
 
+    /// The plan of everything that one bumps into in this scene: walls as built, shut doors, open leaves, furniture.
+    ///
+    /// # Errors
+    /// As [`FloorPlan::new`], for a cell or a margin that is none.
+    pub fn as_built_plan(&self, cell_m: f64, margin_m: f64) -> Result<FloorPlan, planwalk_types::PlanError> {
+        self.world.as_built_plan(cell_m, margin_m)
+    }
+
     /// The walk.
     pub fn walk(&self) -> &Walk {
         &self.walk
