@@ -171,12 +171,12 @@ impl Scene {
         self.plan.clone()
     }
 
-    /// The world as it is today, on the same grid as the plan: walls as built, shut doors, furniture.
+    /// The plan of everything that one bumps into in this scene: walls as built, shut doors, open leaves, furniture.
     ///
     /// # Errors
-    /// As [`FloorPlan::new`].
-    pub fn as_built(&self) -> Result<FloorPlan, SimError> {
-        Ok(self.world.as_built_plan(PLAN_CELL_M, PLAN_MARGIN_M)?)
+    /// As [`FloorPlan::new`], for a cell or a margin that is none.
+    pub fn as_built_plan(&self, cell_m: f64, margin_m: f64) -> Result<FloorPlan, planwalk_types::PlanError> {
+        self.world.as_built_plan(cell_m, margin_m)
     }
 
     /// The walk.

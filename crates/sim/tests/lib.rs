@@ -1,5 +1,7 @@
 //! Stories: what is filmed is what is true, and a walk is one that a person could take.
 
+mod site;
+
 use std::sync::LazyLock;
 
 use nalgebra::{Vector2, Vector3};

@@ -26,7 +26,7 @@ use std::sync::Arc;
 use planwalk_types::{FloorPlan, Plan, PlanError, Pt2, Seed, Wall};
 
 use crate::error::SimError;
-use crate::world::{SolidKind, wall_solids};
+use crate::world::{Solid, SolidKind, wall_solids};
 pub use options::{BuildingKind, BuildingOptions, Lies, PlanWorldOptions};
 use raster::draw;
 pub(crate) use raster::fill;
@@ -146,7 +146,7 @@ impl Building {
         if let Some(traced) = &self.traced {
             return traced.plan(&traced.drawn, cell_m, margin_m);
         }
-        draw(&self.drawn, &wall_solids(&self.drawn, self.thickness_m, self.height_m), cell_m, margin_m)
+        draw(&self.drawn, &self.wall_solids(&self.drawn), cell_m, margin_m)
     }
 
     /// What one would measure in the empty building today: the walls that are there, and shut doors.
@@ -160,8 +160,8 @@ impl Building {
         if let Some(traced) = &self.traced {
             return traced.plan(&traced.built, cell_m, margin_m);
         }
-        let mut solids = wall_solids(&self.walls, self.thickness_m, self.height_m);
-        solids.extend(self.shut_doors().map(|door| crate::world::Solid::new(door, 0.022, [0.0, self.door_height_m], SolidKind::Leaf)));
+        let mut solids = self.wall_solids(&self.walls);
+        solids.extend(self.shut_doors().map(|door| Solid::new(door, 0.022, [0.0, self.door_height_m], SolidKind::Leaf)));
         draw(&self.drawn, &solids, cell_m, margin_m)
     }
 
@@ -171,8 +171,15 @@ impl Building {
         if self.thickness_m == 0.0 {
             return self.walls.iter().copied().chain(self.shut_doors()).collect();
         }
-        let walls = wall_solids(&self.walls, self.thickness_m, self.height_m);
-        walls.iter().flat_map(crate::world::Solid::sides).chain(self.shut_doors()).collect()
+        let walls = self.wall_solids(&self.walls);
+        walls.iter().flat_map(Solid::sides).chain(self.shut_doors()).collect()
+    }
+
+    /// These walls with their thickness.
+    pub(crate) fn wall_solids(&self, walls: &[Wall]) -> Vec<Solid> {
+        // Ends that lie in the other wall's surface would be seen as a strip in it; a small office hides them in its corners.
+        let reach_m = 0.5 * self.thickness_m - if self.plain { 0.0 } else { 0.002 };
+        wall_solids(walls, self.thickness_m, self.height_m, reach_m)
     }
 
     fn shut_doors(&self) -> impl Iterator<Item = Wall> + '_ {
@@ -188,13 +195,13 @@ impl Building {
     }
 
     /// The room of each cell of a grid, whose cell (i, j) has its centre at `origin + (i + ½, j + ½) · cell_m`; [`NO_ROOM`] elsewhere.
+    /// In a traced plan the rooms reach a little into the walls, whose surfaces are only near the cells' borders.
     pub(crate) fn room_cells(&self, origin: [f64; 2], cell_m: f64, size: [usize; 2]) -> Vec<u16> {
         let mut cells = vec![NO_ROOM; size[0] * size[1]];
         if let Some(traced) = &self.traced {
             for (i, cell) in cells.iter_mut().enumerate() {
                 let centre = |k: usize, axis: usize| origin[axis] + (k as f64 + 0.5) * cell_m;
-                let room = traced.room_at(Pt2::new(centre(i % size[0], 0), centre(i / size[0], 1)));
-                *cell = room.map_or(NO_ROOM, |room| room as u16);
+                *cell = traced.floor_at(Pt2::new(centre(i % size[0], 0), centre(i / size[0], 1)));
             }
             return cells;
         }
@@ -240,6 +247,8 @@ pub(crate) fn distance_to_wall(point: Pt2<Plan>, wall: &Wall) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use planwalk_types::Cell;
+
     use super::*;
     use planwalk_types::Cell;
 

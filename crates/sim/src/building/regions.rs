@@ -105,7 +105,7 @@ fn grow_components(labels: &mut [u16], width: usize, least: usize, count: &mut u
 }
 
 /// The four cells beside a cell.
-fn neighbours(i: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
+pub(super) fn neighbours(i: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
     let x = i % width;
     let beside = [(x > 0).then(|| i - 1), (x + 1 < width).then(|| i + 1), i.checked_sub(width), (i + width < count).then(|| i + width)];
     beside.into_iter().flatten()

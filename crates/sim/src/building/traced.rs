@@ -14,12 +14,16 @@ use crate::error::SimError;
 const CELL_M: f64 = 0.05;
 /// A cell is a wall where at least one in so many of the cells under it is: a line of 1 cm survives at 5 cm.
 const WALL_SHARE: usize = 5;
+/// A plan with less floor inside has no room to turn round in, m².
+const LEAST_INSIDE_M2: f64 = 4.0;
 /// A wall with nothing outdoors within this distance is an inner one, metres.
 const INNER_M: f64 = 0.8;
 /// Radius of a piece of wall that was never built, metres.
 const GAP_M: f64 = 1.2;
 /// Free way around a wall that nobody drew, metres.
 const WAY_M: f64 = 1.3;
+/// How far floors reach under walls, cells.
+const FLOOR_CELLS: usize = 3;
 /// Half of its thickness, metres.
 const SCREEN_HALF_M: f64 = 0.075;
 
@@ -36,6 +40,8 @@ pub(super) struct Traced {
     pub built: Vec<Cell>,
     /// Room of each cell.
     rooms: Vec<u16>,
+    /// The same, and a little into the walls.
+    floor: Vec<u16>,
 }
 
 /// The world of a plan.
@@ -44,14 +50,15 @@ pub(super) fn build(plan: &FloorPlan, options: &PlanWorldOptions, seed: Seed) ->
     traced.lie(&options.lies, &mut inside, &mut seed.derive("lies", 0));
     let floor: Vec<bool> = (0..inside.len()).map(|i| inside[i] && traced.built[i] == Cell::Free).collect();
     let inside_count = floor.iter().filter(|f| **f).count();
-    if inside_count == 0 {
-        let area = |count: usize| count as f64 * traced.cell_m * traced.cell_m;
+    let area_m2 = |count: usize| count as f64 * traced.cell_m * traced.cell_m;
+    if area_m2(inside_count) < LEAST_INSIDE_M2 {
         let free = traced.built.iter().filter(|c| **c == Cell::Free).count();
-        return Err(SimError::NoInside { free_m2: area(free), inside_m2: 0.0 });
+        return Err(SimError::NoInside { free_m2: area_m2(free), inside_m2: area_m2(inside_count) });
     }
     let clear = distance_to(|i| !floor[i], traced.width, traced.height);
     let (rooms, count) = regions::split(&floor, &clear, traced.width, traced.cell_m);
     traced.rooms = rooms;
+    traced.floor = traced.floor_under_walls();
     let rooms = traced.describe_rooms(count, &clear);
     let walls = traced.walls();
     Ok(Building {
@@ -108,6 +115,7 @@ fn resample(plan: &FloorPlan) -> (Traced, Vec<bool>) {
         built: drawn.clone(),
         drawn,
         rooms: Vec::new(),
+        floor: Vec::new(),
     };
     (traced, inside)
 }
@@ -122,6 +130,24 @@ impl Traced {
     pub fn room_at(&self, point: Pt2<Plan>) -> Option<usize> {
         let room = self.rooms[self.cell(point)?];
         (room != regions::NONE).then_some(usize::from(room))
+    }
+
+    /// The room whose floor is seen at a place, [`regions::NONE`] where there is none.
+    pub fn floor_at(&self, point: Pt2<Plan>) -> u16 {
+        self.cell(point).map_or(regions::NONE, |i| self.floor[i])
+    }
+
+    /// The rooms, grown into the walls: surfaces were straightened, and no gap may show at their feet.
+    fn floor_under_walls(&self) -> Vec<u16> {
+        let mut floor = self.rooms.clone();
+        for _ in 0..FLOOR_CELLS {
+            let last = floor.clone();
+            for i in (0..floor.len()).filter(|i| last[*i] == regions::NONE && self.built[*i] == Cell::Wall) {
+                let near = regions::neighbours(i, self.width, floor.len()).map(|k| last[k]).find(|room| *room != regions::NONE);
+                floor[i] = near.unwrap_or(regions::NONE);
+            }
+        }
+        floor
     }
 
     pub fn is_wall(&self, point: Pt2<Plan>) -> bool {

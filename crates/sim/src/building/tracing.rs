@@ -1,8 +1,10 @@
 //! Where do the walls on a grid begin and end? Their outlines, as few straight lines as the cells allow.
 
-/// Largest distance of a corner of the grid from the line that replaces it, in cells. The steps of an oblique wall lie within 0.71 of
-/// a straight line through their corners; much more would cut real corners off.
+/// Largest distance of a point of the outline from the line that replaces it, in cells. The middles of an oblique wall's steps lie
+/// within half a cell of a straight line; much more would cut real corners off.
 const TOLERANCE_CELLS: f64 = 0.75;
+/// A step of at most so many cells between a left and a right turn counts as its middle: it is a stair of an oblique wall, or noise.
+const STEP_CELLS: i32 = 1;
 
 /// Which cells of a grid are set; beyond it none is.
 pub(super) struct Mask<'a> {
@@ -71,11 +73,16 @@ impl Mask<'_> {
 
 /// The closed line with as few corners as [`TOLERANCE_CELLS`] allows (Douglas & Peucker 1973).
 fn simplified(corners: &[[i32; 2]]) -> Vec<[f64; 2]> {
-    let points: Vec<[f64; 2]> = corners.iter().map(|c| [f64::from(c[0]), f64::from(c[1])]).collect();
-    // Two corners that surely stay: the lowest of the leftmost ones, and the farthest from it.
-    let Some(first) = (0..corners.len()).min_by_key(|i| corners[*i]) else { return points };
+    let exact: Vec<[f64; 2]> = corners.iter().map(|c| [f64::from(c[0]), f64::from(c[1])]).collect();
+    let points = with_middles_of_steps(corners);
+    if points.len() < 3 {
+        return exact;
+    }
+    // Two points that surely stay: the lowest of the leftmost ones, and the farthest from it.
+    let leftmost = |a: &usize, b: &usize| points[*a][0].total_cmp(&points[*b][0]).then(points[*a][1].total_cmp(&points[*b][1]));
+    let Some(first) = (0..points.len()).min_by(leftmost) else { return exact };
     let far2 = |i: usize| (points[i][0] - points[first][0]).powi(2) + (points[i][1] - points[first][1]).powi(2);
-    let Some(second) = (0..points.len()).max_by(|a, b| far2(*a).total_cmp(&far2(*b))) else { return points };
+    let Some(second) = (0..points.len()).max_by(|a, b| far2(*a).total_cmp(&far2(*b))) else { return exact };
     let count = points.len();
     let ring: Vec<[f64; 2]> = (0..=count).map(|i| points[(first + i) % count]).collect();
     let middle = (second + count - first) % count;
@@ -85,7 +92,29 @@ fn simplified(corners: &[[i32; 2]]) -> Vec<[f64; 2]> {
     keep(&ring, middle, count, &mut kept);
     let line: Vec<[f64; 2]> = (0..count).filter(|i| kept[*i]).map(|i| ring[i]).collect();
     // What a tolerance would flatten to nothing stays as it is.
-    if line.len() < 3 { points } else { line }
+    if line.len() < 3 { exact } else { line }
+}
+
+/// The outline with each small step replaced by its middle; other corners stay.
+fn with_middles_of_steps(corners: &[[i32; 2]]) -> Vec<[f64; 2]> {
+    let count = corners.len();
+    let at = |i: usize| corners[i % count];
+    let run = |i: usize| [at(i + 1)[0] - at(i)[0], at(i + 1)[1] - at(i)[1]];
+    let turns_left = |i: usize| {
+        let (before, after) = (run(i + count - 1), run(i));
+        before[0] * after[1] - before[1] * after[0] > 0
+    };
+    let is_step = |i: usize| run(i)[0].abs() + run(i)[1].abs() <= STEP_CELLS && turns_left(i) != turns_left(i + 1);
+    let mut points = Vec::with_capacity(count);
+    for i in 0..count {
+        if is_step(i) {
+            let (a, b) = (at(i), at(i + 1));
+            points.push([0.5 * f64::from(a[0] + b[0]), 0.5 * f64::from(a[1] + b[1])]);
+        } else if !is_step(i + count - 1) {
+            points.push([f64::from(at(i)[0]), f64::from(at(i)[1])]);
+        }
+    }
+    points
 }
 
 fn keep(line: &[[f64; 2]], from: usize, to: usize, kept: &mut [bool]) {

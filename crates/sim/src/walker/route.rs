@@ -12,13 +12,13 @@ use crate::world::World;
 /// Cell of the map, metres: a door of 1 m is ten cells.
 const CELL_M: f64 = 0.1;
 /// The same where doors are narrow: the middle of a doorway must not fall between two cells.
-const FINE_CELL_M: f64 = 0.05;
+const FINE_CELL_M: f64 = 0.07;
 /// A narrower door asks for the fine cells, metres.
 const NARROW_DOOR_M: f64 = 0.95;
 /// Cells closer to something than this are not walked; a little over the clearance, for the sway and for cut corners.
 const KEEP_OFF_M: f64 = 0.42;
 /// The same where doors are narrow or not known.
-const KEEP_OFF_NARROW_M: f64 = 0.385;
+const KEEP_OFF_NARROW_M: f64 = 0.38;
 /// Clearance is not measured beyond this, metres: nothing here asks for more.
 const LOOK_M: f64 = 1.0;
 /// A larger room has goals in each of its parts, m².
@@ -44,6 +44,8 @@ pub(super) struct FreeMap {
     height: usize,
     keep_off_m: f64,
     clearance: Vec<f32>,
+    /// Cost of a step into each cell, straight and across: dearer near things.
+    step_cost: Vec<[f32; 2]>,
     /// Which cells one can reach from each other; [`NOWHERE`] for those that are not walked.
     component: Vec<u32>,
     /// Places to go: rooms, or parts of large ones.
@@ -92,6 +94,7 @@ impl FreeMap {
             height,
             keep_off_m,
             clearance: Vec::new(),
+            step_cost: Vec::new(),
             component: vec![NOWHERE; count],
             places: Vec::new(),
         };
@@ -99,6 +102,11 @@ impl FreeMap {
         // Outdoors is not walked; in doorways there may be no room.
         let indoors = |i: usize| rooms[i] != NO_ROOM || !building.doors.is_empty();
         map.clearance = (0..count).map(|i| if indoors(i) { world.clearance_up_to(map.centre(i), LOOK_M) as f32 } else { 0.0 }).collect();
+        let step_cost = |clear: &f32| {
+            let crowded = ((AT_EASE_M - f64::from(*clear)) / AT_EASE_M).max(0.0);
+            [1.0, std::f64::consts::SQRT_2].map(|way| (cell_m * way * (1.0 + 12.0 * crowded * crowded)) as f32)
+        };
+        map.step_cost = map.clearance.iter().map(step_cost).collect();
         map.find_components();
         map.find_places(building, &rooms);
         map
@@ -219,14 +227,20 @@ impl FreeMap {
         let count = self.width * self.height;
         let (mut cost, mut came) = (vec![f32::INFINITY; count], vec![u32::MAX; count]);
         let target = self.centre(to);
+        // As the crow flies; never more than the way itself.
+        let ahead = |cell: usize| {
+            let p = self.centre(cell);
+            ((p.x - target.x) * (p.x - target.x) + (p.y - target.y) * (p.y - target.y)).sqrt() as f32
+        };
         let mut open = BinaryHeap::new();
         cost[from] = 0.0;
-        open.push(Open { total: self.centre(from).distance(target) as f32, cell: from });
+        open.push(Open { total: ahead(from), cell: from as u32 });
         while let Some(Open { total, cell }) = open.pop() {
+            let cell = cell as usize;
             if cell == to {
                 return Some(retrace(&came, from, to));
             }
-            if total > cost[cell] + self.centre(cell).distance(target) as f32 + 1e-4 {
+            if total > cost[cell] + ahead(cell) + 1e-4 {
                 continue;
             }
             let (x, y) = (cell % self.width, cell / self.width);
@@ -236,17 +250,14 @@ impl FreeMap {
                     continue;
                 }
                 let next = ny * self.width + nx;
-                let clear = f64::from(self.clearance[next]);
-                if clear < self.keep_off_m {
+                if self.component[next] == NOWHERE {
                     continue;
                 }
-                let crowded = ((AT_EASE_M - clear) / AT_EASE_M).max(0.0);
-                let step = self.cell_m * if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
-                let through = cost[cell] + (step * (1.0 + 12.0 * crowded * crowded)) as f32;
+                let through = cost[cell] + self.step_cost[next][usize::from(dx != 0 && dy != 0)];
                 if through < cost[next] {
                     cost[next] = through;
                     came[next] = cell as u32;
-                    open.push(Open { total: through + self.centre(next).distance(target) as f32, cell: next });
+                    open.push(Open { total: through + ahead(next), cell: next as u32 });
                 }
             }
         }
@@ -260,7 +271,7 @@ const WAYS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (
 /// A cell on A*'s list, cheapest first, then by number so that ties fall the same way everywhere.
 struct Open {
     total: f32,
-    cell: usize,
+    cell: u32,
 }
 
 impl Ord for Open {

@@ -60,7 +60,7 @@ pub(super) fn hang(face: &mut Face, building: &Building, look: &Look, seed: Seed
             face.roughness = (if blank { BLANK } else { 1.0 }) * look.texture_density as f32;
             let outer = face.room.is_some() && building.outdoors_behind(in_front(face, 0.5 * face.length, 0.0), face.n);
             if outer {
-                windows(face, &mut rng);
+                windows(face, building.plain, &mut rng);
             } else if is_glazed(face, building) {
                 let z = [0.06, building.door_height_m];
                 face.decor.push(Decor { s: [0.05, face.length - 0.05], z, kind: DecorKind::Glass, seed: rng.next_u32() });
@@ -94,7 +94,7 @@ fn is_glazed(face: &Face, building: &Building) -> bool {
 
 fn trim(face: &mut Face, door_height_m: f64) {
     let z = [0.0, door_height_m + TRIM_M];
-    for (end, jamb) in face.jamb.into_iter().enumerate() {
+    for (end, jamb) in face.doorway.into_iter().enumerate() {
         if jamb {
             let s = if end == 0 { [0.0, TRIM_M.min(face.length)] } else { [(face.length - TRIM_M).max(0.0), face.length] };
             face.decor.push(Decor { s, z, kind: DecorKind::Trim, seed: 0 });
@@ -102,10 +102,11 @@ fn trim(face: &mut Face, door_height_m: f64) {
     }
 }
 
-/// Windows every two metres or so along an outer wall.
-fn windows(face: &mut Face, rng: &mut StreamRng) {
+/// Windows every two metres or so along an outer wall; between piers a narrower place will do, but not in a plain building.
+fn windows(face: &mut Face, plain: bool, rng: &mut StreamRng) {
     let width = 1.25;
-    let count = (face.length / rng.random_range(1.9..2.6)).floor() as usize;
+    let between_piers = usize::from(!plain && face.length > width + 0.2);
+    let count = ((face.length / rng.random_range(1.9..2.6)).floor() as usize).max(between_piers);
     for i in 0..count {
         let middle = face.length * (i as f64 + 0.5) / count as f64;
         let s = [middle - 0.5 * width, middle + 0.5 * width];
@@ -138,7 +139,7 @@ fn pictures(face: &mut Face, building: &Building, look: &Look, rng: &mut StreamR
 
 /// A plate with the room's number, a switch, a socket: where people put them.
 fn beside_doors(face: &mut Face, rng: &mut StreamRng) {
-    for (end, jamb) in face.jamb.into_iter().enumerate() {
+    for (end, jamb) in face.doorway.into_iter().enumerate() {
         if !jamb || face.length < 0.7 {
             continue;
         }

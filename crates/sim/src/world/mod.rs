@@ -143,8 +143,10 @@ pub(crate) struct Face {
     pub kind: SolidKind,
     /// From floor to ceiling: nothing behind it can be seen.
     pub full: bool,
-    /// Which ends are the edge of a door opening.
+    /// Which ends are no inner corner: they do not darken.
     pub jamb: [bool; 2],
+    /// Which ends are the edge of a door opening.
+    pub doorway: [bool; 2],
     /// Room in front of it.
     pub room: Option<usize>,
     /// How rough its plaster looks, 0 for blank.
@@ -162,7 +164,7 @@ pub(crate) struct World {
     pub height_m: f64,
     /// The solids by place.
     index: Index,
-    /// Extent of the drawn walls, and whether a place is inside a traced one.
+    /// What it was made of.
     building: Building,
 }
 
@@ -172,7 +174,7 @@ const INDEX_CELL_M: f64 = 0.5;
 impl World {
     pub fn new(building: &Building, look: &Look, seed: Seed) -> Self {
         let surfaces = building.thickness_m == 0.0;
-        let mut solids = wall_solids(&building.walls, building.thickness_m, building.height_m);
+        let mut solids = building.wall_solids(&building.walls);
         let walls = solids.len();
         solids.extend(door_solids(building));
         furniture::place(building, look.furniture, seed, &mut solids);
@@ -188,6 +190,7 @@ impl World {
             let others: Vec<&Solid> = near.iter().map(|k| *k as usize).filter(|k| *k < walls && *k != i).map(|k| &solids[k]).collect();
             add_faces(solid, &others, &mut faces);
         }
+        mark_ends(&mut faces, building);
         for (i, face) in faces.iter_mut().enumerate() {
             face.full = face.z[0] <= 0.0 && face.z[1] >= building.height_m;
             face.room = building.room_at(in_front(face, 0.5 * face.length, 0.1));
@@ -218,7 +221,6 @@ impl World {
     ///
     /// # Errors
     /// As [`FloorPlan::new`].
-    // Scenes hand it to whoever wants to know how far plan and world differ.
     pub fn as_built_plan(&self, cell_m: f64, margin_m: f64) -> Result<FloorPlan, PlanError> {
         let built = self.building.as_built(cell_m, margin_m)?;
         let solids: Vec<Solid> = self.solids.iter().filter(|s| s.in_the_way() && s.kind != SolidKind::Wall).cloned().collect();
@@ -257,7 +259,8 @@ fn index_of(solids: &[Solid]) -> Index {
 }
 
 /// Walls with their thickness. Where a wall meets another it reaches to that one's far side, so that corners are filled.
-pub(crate) fn wall_solids(walls: &[Wall], thickness_m: f64, height_m: f64) -> Vec<Solid> {
+/// `reach_m` beyond the other one's centre line: a little less than half of its thickness hides the end inside of it.
+pub(crate) fn wall_solids(walls: &[Wall], thickness_m: f64, height_m: f64, reach_m: f64) -> Vec<Solid> {
     let half_m = 0.5 * thickness_m;
     let plain: Vec<Solid> = walls.iter().map(|wall| Solid::new(*wall, half_m, [0.0, height_m], SolidKind::Wall)).collect();
     if half_m == 0.0 {
@@ -273,10 +276,10 @@ pub(crate) fn wall_solids(walls: &[Wall], thickness_m: f64, height_m: f64) -> Ve
         let mut line = *wall;
         let e = plain[i].e;
         if touches(i, wall.from) {
-            line.from = Pt2::new(wall.from.x - half_m * e[0], wall.from.y - half_m * e[1]);
+            line.from = Pt2::new(wall.from.x - reach_m * e[0], wall.from.y - reach_m * e[1]);
         }
         if touches(i, wall.to) {
-            line.to = Pt2::new(wall.to.x + half_m * e[0], wall.to.y + half_m * e[1]);
+            line.to = Pt2::new(wall.to.x + reach_m * e[0], wall.to.y + reach_m * e[1]);
         }
         solids.push(Solid::new(line, half_m, [0.0, height_m], SolidKind::Wall));
     }
@@ -362,6 +365,47 @@ fn add_faces(solid: &Solid, others: &[&Solid], faces: &mut Vec<Face>) {
     }
 }
 
+/// Finds the edges of doorways, and the ends where a wall goes on in nearly the same direction or turns away from the room.
+fn mark_ends(faces: &mut [Face], building: &Building) {
+    // A small office has free ends at doorways alone.
+    if building.plain {
+        faces.iter_mut().for_each(|face| face.doorway = face.jamb);
+        return;
+    }
+    let end_of = |face: &Face, end: usize| {
+        let s = if end == 0 { 0.0 } else { face.length };
+        Pt2::<Plan>::new(face.a[0] + s * face.e[0], face.a[1] + s * face.e[1])
+    };
+    let ends: Vec<Pt2<Plan>> = faces.iter().flat_map(|face| [end_of(face, 0), end_of(face, 1)]).collect();
+    let jambs: Vec<Pt2<Plan>> = building.doors.iter().flat_map(|door| [door.opening.from, door.opening.to]).collect();
+    let index_points = |points: &[Pt2<Plan>]| {
+        let walls: Vec<Solid> = points.iter().map(|p| Solid::new(Wall { from: *p, to: *p }, 0.0, [0.0, 1.0], SolidKind::Wall)).collect();
+        index_of(&walls)
+    };
+    let (by_end, by_jamb) = (index_points(&ends), index_points(&jambs));
+    let reach_m = 0.5 * building.thickness_m + 0.03;
+    let around = |index: &Index, p: Pt2<Plan>, r: f64| index.around([p.x - r, p.y - r], [p.x + r, p.y + r]);
+    for i in 0..faces.len() {
+        if faces[i].kind != SolidKind::Wall {
+            continue;
+        }
+        let (e, n) = (faces[i].e, faces[i].n);
+        for end in 0..2 {
+            let p = ends[2 * i + end];
+            let doorway = around(&by_jamb, p, reach_m).into_iter().any(|k| jambs[k as usize].distance(p) < reach_m);
+            let goes_on = around(&by_end, p, 0.02).into_iter().map(|k| k as usize).any(|k| {
+                let other = &faces[k / 2];
+                let straight = other.e[0] * e[0] + other.e[1] * e[1];
+                // The neighbour begins where this one ends; it turns away if it leads behind this face.
+                let away = (if end == 1 { 1.0 } else { -1.0 }) * (other.e[0] * n[0] + other.e[1] * n[1]) < 0.0;
+                k / 2 != i && k % 2 != end && other.kind == SolidKind::Wall && ends[k].distance(p) < 0.02 && (straight > 0.87 || away)
+            });
+            faces[i].doorway[end] = doorway && faces[i].jamb[end];
+            faces[i].jamb[end] |= goes_on;
+        }
+    }
+}
+
 /// The part from `s[0]` to `s[1]` of a side of a solid that begins at `a` and leads along `e`.
 fn face_of(solid: &Solid, s: [f64; 2], a: Pt2<Plan>, e: [f64; 2]) -> Face {
     Face {
@@ -373,6 +417,7 @@ fn face_of(solid: &Solid, s: [f64; 2], a: Pt2<Plan>, e: [f64; 2]) -> Face {
         kind: solid.kind,
         full: false,
         jamb: [false; 2],
+        doorway: [false; 2],
         room: None,
         roughness: 1.0,
         seed: 0,
@@ -383,10 +428,14 @@ fn face_of(solid: &Solid, s: [f64; 2], a: Pt2<Plan>, e: [f64; 2]) -> Face {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::building::BuildingOptions;
+    use crate::building::{BuildingKind, BuildingOptions};
 
     fn world(seed: u64) -> (Building, World) {
-        let building = Building::generate(&BuildingOptions::default(), Seed(seed)).unwrap();
+        world_of(BuildingKind::Office, seed)
+    }
+
+    fn world_of(kind: BuildingKind, seed: u64) -> (Building, World) {
+        let building = Building::generate(&BuildingOptions { kind, ..Default::default() }, Seed(seed)).unwrap();
         let world = World::new(&building, &Look::default(), Seed(seed));
         (building, world)
     }
@@ -414,12 +463,14 @@ mod tests {
 
     #[test]
     fn doorways_are_free_where_doors_are_open() {
-        for seed in 0..10 {
-            let (building, world) = world(seed);
+        for (seed, kind) in (0..10).flat_map(|seed| BuildingKind::ALL.map(|kind| (seed, kind))) {
+            let (building, world) = world_of(kind, seed);
             for door in &building.doors {
                 let free = world.clearance(door.centre());
                 if door.open {
-                    assert!((free - 0.5 * door.width_m()).abs() < 1e-6, "seed {seed}: {free} m in {door:?}");
+                    // Where the wall bends at the door, a corner of its thickness reaches in: 6 cm · sin 7°.
+                    let bend_m = if kind == BuildingKind::Round { 0.008 } else { 1e-6 };
+                    assert!((free - 0.5 * door.width_m()).abs() < bend_m, "{kind} {seed}: {free} m in {door:?}");
                 } else {
                     assert_eq!(free, 0.0);
                 }
