@@ -137,23 +137,34 @@ impl Renderer {
         // A rotated square: four different columns and four different rows for edges along either.
         let offsets = [(-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375)];
         let grain = self.grain(view, u, v);
-        let (u, v) = (u as f64, v as f64);
-        offsets.iter().map(|(a, b)| view.shade(ray(&self.camera, u + a, v + b), &grain).0).sum::<f32>() * 0.25
+        let inside = |(a, b): (f64, f64)| match self.steps(u, v) {
+            None => ray(&self.camera, u as f64 + a, v as f64 + b),
+            Some([along, down]) => {
+                let middle = self.rays[v * self.camera.width + u];
+                std::array::from_fn(|i| f64::from(middle[i]) + a * along[i] + b * down[i])
+            }
+        };
+        offsets.map(|offset| view.shade(inside(offset), &grain).0).iter().sum::<f32>() * 0.25
     }
 
-    /// How far one pixel's ray is from its neighbours': the same everywhere behind a lens that keeps lines nearly straight, of
-    /// each pixel's own under a fisheye.
+    /// How far one pixel's ray is from its neighbours': the same everywhere where the lens bends nothing, else each pixel's own.
     fn grain(&self, view: &View, u: usize, v: usize) -> Grain {
-        if matches!(self.camera.distortion, Distortion::RadTan { .. }) {
-            return view.grain;
+        match self.steps(u, v) {
+            None => view.grain,
+            Some([along, down]) => Grain { du: view.turned(along), dv: view.turned(down) },
+        }
+    }
+
+    /// Change of the ray from a pixel to the next one along its row and down its column, camera axes; `None` where the lens bends
+    /// nothing and all pixels have the same.
+    fn steps(&self, u: usize, v: usize) -> Option<[[f64; 3]; 2]> {
+        if self.camera.distortion == Distortion::NONE {
+            return None;
         }
         let (width, height) = (self.camera.width, self.camera.height);
         let (i, j) = (u.min(width - 2), v.min(height - 2));
-        let between = |a: usize, b: usize| {
-            let (a, b) = (self.rays[a], self.rays[b]);
-            view.turned([f64::from(b[0] - a[0]), f64::from(b[1] - a[1]), f64::from(b[2] - a[2])])
-        };
-        Grain { du: between(v * width + i, v * width + i + 1), dv: between(j * width + u, (j + 1) * width + u) }
+        let between = |a: usize, b: usize| std::array::from_fn(|k| f64::from(self.rays[b][k] - self.rays[a][k]));
+        Some([between(v * width + i, v * width + i + 1), between(j * width + u, (j + 1) * width + u)])
     }
 }
 
@@ -188,7 +199,7 @@ pub(crate) fn diamond(dx: f64, dy: f64) -> f64 {
 
 /// The bin of a ray.
 #[inline]
-fn bin(d: [f64; 3]) -> usize {
+pub(crate) fn bin(d: [f64; 3]) -> usize {
     (diamond(d[0], d[1]) * (BINS as f64 / 4.0)) as usize % BINS
 }
 
@@ -227,10 +238,10 @@ impl<'a> View<'a> {
 
     /// Brightness along a ray of the camera, and what it met.
     fn shade(&self, ray: [f64; 3], grain: &Grain) -> (f32, Surface) {
-        let (d, eye) = (self.turned(ray), self.eye);
+        let d = self.turned(ray);
         let bin = bin(d);
         let (t, index, from_behind) = self.nearest_face(d, bin);
-        if let Some(limb) = self.stage.cast.meet(bin, eye, d, t) {
+        if let Some(limb) = self.stage.cast.meet(bin, d, t) {
             return (self.skin(&limb, d, grain), limb.surface);
         }
         if t == f64::INFINITY {

@@ -71,16 +71,20 @@ impl Gait {
         let (x, y) = (stride.x - s * left_m, stride.y + c * left_m);
         let z = self.height_m + amount * BOB_M * bob;
         let drift = self.waves.map(|wave| wave.at(stride.time_s));
-        let tremor = self.habits.tremor_rad(stride.time_s);
+        let (tremor, hand) = (self.habits.tremor_rad(stride.time_s), self.habits.drift_rad(stride.time_s));
         let yaw = stride.heading_rad
             + GAZE_LEAD_S * stride.turn_rate_rad_s
             + self.look_around_rad * (0.65 * drift[0] + 0.35 * drift[1])
             + amount * 0.006 * sway
             + self.habits.glance_rad(stride.time_s)
             + tremor[0];
-        let pitch_down =
-            self.pitch_down_rad + self.strength * 0.02 * drift[2] + amount * 0.006 * bob + self.habits.tilt_rad(stride.time_s) + tremor[1];
-        let roll = self.strength * 0.012 * drift[3] + amount * 0.01 * sway + tremor[2];
+        let pitch_down = self.pitch_down_rad
+            + self.strength * 0.02 * drift[2]
+            + amount * 0.006 * bob
+            + self.habits.tilt_rad(stride.time_s)
+            + tremor[1]
+            + hand[0];
+        let roll = self.strength * 0.012 * drift[3] + amount * 0.01 * sway + tremor[2] + hand[1];
         let rotation = turn(Vector3::z(), yaw) * turn(Vector3::y(), pitch_down) * turn(Vector3::x(), roll) * body_from_camera();
         WalkPose { plan_from_camera: Rigid3::from_parts(Vector3::new(x, y, z), rotation), on_floor: PlanPose::new(x, y, yaw) }
     }

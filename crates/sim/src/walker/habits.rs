@@ -25,7 +25,7 @@ pub(super) struct Event {
     pub size: f64,
 }
 
-/// A wave of the hand's tremor.
+/// A wave of the hand's tremor or wandering.
 #[derive(Debug, Clone, Copy)]
 struct Wave {
     hertz: f64,
@@ -43,6 +43,9 @@ pub(super) struct Habits {
     tremor_rad: f64,
     /// Yaw, pitch and roll.
     tremor: [[Wave; 4]; 3],
+    hand_drift_rad: f64,
+    /// Pitch and roll.
+    drift: [[Wave; 2]; 2],
 }
 
 impl Habits {
@@ -61,6 +64,14 @@ impl Habits {
                 share,
             })
         });
+        let mut rng = seed.derive("hand", 0);
+        let drift = std::array::from_fn(|_| {
+            [(0.04, 0.12, 0.8), (0.2, 0.5, 0.6)].map(|(low, high, share)| Wave {
+                hertz: rng.random_range(low..high),
+                phase: rng.random_range(0.0..TAU),
+                share,
+            })
+        });
         Self {
             pace_mps: options.speed_mps + drawn,
             stops: events("stops", options.stops_per_minute, [1.0, 4.0], 1.0, false),
@@ -68,6 +79,8 @@ impl Habits {
             tilts: events("tilts", options.tilts_per_minute, [2.0, 6.0], options.tilt_rad, false),
             tremor_rad: options.tremor_rad,
             tremor,
+            hand_drift_rad: options.hand_drift_rad,
+            drift,
         }
     }
 
@@ -88,13 +101,19 @@ impl Habits {
 
     /// Trembling in yaw, pitch and roll, radians.
     pub fn tremor_rad(&self, time_s: f64) -> [f64; 3] {
-        if self.tremor_rad == 0.0 {
-            return [0.0; 3];
-        }
-        // A sine's deviation is 1/√2 of its height.
-        let size = self.tremor_rad * std::f64::consts::SQRT_2;
-        self.tremor.map(|waves| waves.iter().map(|w| size * w.share * libm::sin(TAU * w.hertz * time_s + w.phase)).sum())
+        if self.tremor_rad == 0.0 { [0.0; 3] } else { self.tremor.map(|waves| swing(&waves, self.tremor_rad, time_s)) }
     }
+
+    /// Slow wandering of the hand in pitch and roll, radians.
+    pub fn drift_rad(&self, time_s: f64) -> [f64; 2] {
+        if self.hand_drift_rad == 0.0 { [0.0; 2] } else { self.drift.map(|waves| swing(&waves, self.hand_drift_rad, time_s)) }
+    }
+}
+
+/// Waves of this standard deviation together: a sine's own is 1/√2 of its height.
+fn swing(waves: &[Wave], deviation: f64, time_s: f64) -> f64 {
+    let size = deviation * std::f64::consts::SQRT_2;
+    waves.iter().map(|w| size * w.share * libm::sin(TAU * w.hertz * time_s + w.phase)).sum()
 }
 
 /// Which corners are turned on the spot: a share of them, each by its own throw.
@@ -162,7 +181,8 @@ mod tests {
         let habits = Habits::new(&WalkOptions::default(), Seed(3));
         for i in 0..300 {
             let t = 0.1 * f64::from(i);
-            assert!(!habits.stands(t) && habits.glance_rad(t) == 0.0 && habits.tilt_rad(t) == 0.0 && habits.tremor_rad(t) == [0.0; 3]);
+            assert!(!habits.stands(t) && habits.glance_rad(t) == 0.0 && habits.tilt_rad(t) == 0.0);
+            assert!(habits.tremor_rad(t) == [0.0; 3] && habits.drift_rad(t) == [0.0; 2]);
         }
     }
 

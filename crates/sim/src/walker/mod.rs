@@ -60,6 +60,8 @@ pub struct WalkOptions {
     pub tilt_rad: f64,
     /// Trembling of the hand, radians (standard deviation of each of yaw, pitch and roll).
     pub tremor_rad: f64,
+    /// Slow wandering of the hand, radians (standard deviation of each of pitch and roll).
+    pub hand_drift_rad: f64,
 }
 
 impl Default for WalkOptions {
@@ -81,28 +83,30 @@ impl Default for WalkOptions {
             tilts_per_minute: 0.0,
             tilt_rad: 0.55,
             tremor_rad: 0.0,
+            hand_drift_rad: 0.0,
         }
     }
 }
 
 impl WalkOptions {
-    /// A walker with every habit that real ones have, in the hand's measure: phone at breast height, own pace, stops, glances,
-    /// tilts, corners turned on the spot, a trembling hand.
+    /// A walker with every habit that real ones have, in the measure of hand-held walks with known truth (`walk_statistics` of both
+    /// side by side): phone at breast height, own pace, stops, glances, tilts, corners turned on the spot, a wandering, trembling hand.
     pub fn lively() -> Self {
         Self {
             duration_s: 60.0,
-            speed_mps: 1.1,
-            speed_spread_mps: 0.5,
+            speed_mps: 1.2,
+            speed_spread_mps: 0.4,
             speed_wander: 0.12,
             camera_height_m: 1.42,
-            turn_rate_rad_s: 1.6,
+            turn_rate_rad_s: 1.7,
             look_around_rad: 0.2,
-            gait: 1.2,
-            turn_on_spot: 0.3,
-            stops_per_minute: 1.0,
+            gait: 1.5,
+            turn_on_spot: 0.25,
+            stops_per_minute: 0.6,
             glances_per_minute: 3.0,
-            tilts_per_minute: 1.5,
-            tremor_rad: 0.012,
+            tilts_per_minute: 1.2,
+            tremor_rad: 0.015,
+            hand_drift_rad: 0.05,
             ..Self::default()
         }
     }
@@ -122,7 +126,8 @@ impl WalkOptions {
         in_range("the width of glances in radians", self.glance_rad, 0.0, 2.0)?;
         in_range("the tilts a minute", self.tilts_per_minute, 0.0, 20.0)?;
         in_range("the depth of tilts in radians", self.tilt_rad, 0.0, 1.4)?;
-        in_range("the tremor in radians", self.tremor_rad, 0.0, 0.2)
+        in_range("the tremor in radians", self.tremor_rad, 0.0, 0.2)?;
+        in_range("the wandering of the hand in radians", self.hand_drift_rad, 0.0, 0.5)
     }
 }
 

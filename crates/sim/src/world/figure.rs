@@ -1,13 +1,12 @@
 //! What does a ray meet of a person? A head, a trunk, arms and legs: capsules in clothes whose pattern moves with the limb.
 //!
 //! Frames: a figure's own axes are x forward, y left, z up from the floor under it, metres. A capsule may be flattened from front
-//! to back: rays are then squeezed alike, which leaves their parameter as it is.
+//! to back: space is then stretched along the figure's forward axis, which leaves the parameter of rays as it is. Limbs are posed once
+//! for an eye, and sorted into the renderer's bins of direction, so that a ray is tested against the few limbs of its bin.
 
 use crate::render::{BINS, LIMB, Surface, diamond};
 use crate::texture::{Spot, band, cell, hash, lines, mosaic, noise};
 
-/// Radius of the upright cylinder that holds a walking figure, metres.
-const REACH_M: f64 = 0.62;
 /// Angle of the legs' swing at 1.2 m/s, radians: steps of about 0.7 m.
 const SWING_RAD: f64 = 0.42;
 
@@ -34,33 +33,56 @@ pub(crate) struct Body {
 enum Cover {
     Skin,
     Head,
-    Shirt,
+    Trunk,
+    Sleeve,
     Trousers,
     Shoe,
     Bag,
 }
 
-/// One limb, in the figure's axes squeezed by `squeeze` along x.
+/// One limb in its figure's own axes.
 #[derive(Debug, Clone, Copy)]
 struct Limb {
     a: [f64; 3],
-    axis: [f64; 3],
-    length2: f64,
+    b: [f64; 3],
     radius: f64,
+    /// How much thinner it is from front to back than from side to side.
     squeeze: f64,
     cover: Cover,
 }
 
-/// A posed body.
+/// A posed body, where it stands.
 #[derive(Debug, Clone)]
 pub(crate) struct Figure {
-    x: f64,
-    y: f64,
-    cos: f64,
-    sin: f64,
+    place: [f64; 2],
+    /// Forward, on the floor.
+    forward: [f64; 2],
     seed: u32,
-    limbs: Vec<Limb>,
     id: u32,
+    limbs: Vec<Limb>,
+}
+
+/// A limb as it is seen from one eye: plan axes, stretched along its figure's forward axis.
+#[derive(Debug, Clone)]
+struct Target {
+    /// From one end of the limb to the eye, and from that end to the other.
+    o: [f64; 3],
+    axis: [f64; 3],
+    length2: f64,
+    radius: f64,
+    /// What does not depend on the ray: `o` along the axis, and the cylinder's constant term.
+    ow: f64,
+    c: f64,
+    /// Square of the least distance on the floor at which it can be met.
+    near2: f64,
+    /// Stretch less one, and the direction in which.
+    stretch: f64,
+    forward: [f64; 2],
+    /// The eye in the figure's own axes.
+    eye: [f64; 3],
+    surface: Surface,
+    cover: Cover,
+    seed: u32,
 }
 
 /// Where a ray met a limb.
@@ -71,11 +93,11 @@ pub(crate) struct Met {
     /// Outward normal, plan axes.
     pub normal: [f64; 3],
     pub surface: Surface,
-    /// The same normal in the figure's axes.
+    /// The same normal in the figure's own axes.
     own: [f64; 3],
-    /// Along the limb and around it, metres.
-    along: f64,
-    around: f64,
+    /// Around the limb and along it, metres; on the trunk across and up.
+    u: f64,
+    v: f64,
     cover: Cover,
     seed: u32,
 }
@@ -83,138 +105,190 @@ pub(crate) struct Met {
 /// Everybody who can be seen from one place at one moment.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Cast {
-    figures: Vec<Figure>,
-    /// For each bin of direction, who may be met there; empty when nobody is there at all.
+    targets: Vec<Target>,
+    /// For each bin of direction, what may be met there; empty when nobody is there at all.
     bins: Vec<Vec<u16>>,
 }
 
 impl Cast {
     /// These people as they are seen from `eye`.
-    pub fn new(figures: Vec<Figure>, eye: [f64; 2]) -> Self {
+    pub fn new(figures: &[Figure], eye: [f64; 3]) -> Self {
+        let mut cast = Self::default();
         if figures.is_empty() {
-            return Self::default();
+            return cast;
         }
-        let mut bins = vec![Vec::new(); BINS];
-        for (k, figure) in figures.iter().enumerate() {
-            let (first, count) = directions(figure.x - eye[0], figure.y - eye[1]);
-            for bin in first..first + count {
-                bins[bin % BINS].push(k as u16);
+        cast.bins = vec![Vec::new(); BINS];
+        for figure in figures {
+            for limb in &figure.limbs {
+                let number = cast.targets.len().min(usize::from(u16::MAX)) as u16;
+                let (first, count) = figure.directions(limb, eye);
+                for bin in first..first + count {
+                    cast.bins[bin % BINS].push(number);
+                }
+                cast.targets.push(figure.target(limb, eye));
             }
         }
-        Self { figures, bins }
+        cast
     }
 
     /// The first limb that a ray in a bin of direction meets nearer than `limit`.
-    pub fn meet(&self, bin: usize, eye: [f64; 3], d: [f64; 3], limit: f64) -> Option<Met> {
-        let mut nearest: Option<Met> = None;
+    pub fn meet(&self, bin: usize, d: [f64; 3], limit: f64) -> Option<Met> {
+        let mut limit = limit;
+        let mut nearest = None;
+        let level2 = d[0] * d[0] + d[1] * d[1];
         for k in self.bins.get(bin)? {
-            let limit = nearest.as_ref().map_or(limit, |met| met.t);
-            nearest = self.figures[usize::from(*k)].meet(eye, d, limit).or(nearest);
+            let target = &self.targets[usize::from(*k)];
+            if target.near2 < limit * limit * level2
+                && let Some(t) = target.meet(d)
+                && t < limit
+            {
+                (limit, nearest) = (t, Some(target));
+            }
         }
-        nearest
+        nearest.map(|target| target.met(d, limit))
     }
-}
-
-/// The bins that a figure at this place may fill: the first one and their number.
-fn directions(dx: f64, dy: f64) -> (usize, usize) {
-    let distance = libm::hypot(dx, dy);
-    if distance < 1.1 * REACH_M {
-        return (0, BINS);
-    }
-    let s = REACH_M / distance;
-    let c = (1.0 - s * s).sqrt();
-    let (from, to) = (diamond(dx * c + dy * s, dy * c - dx * s), diamond(dx * c - dy * s, dy * c + dx * s));
-    let first = (from * (BINS as f64 / 4.0)) as usize + BINS - 1;
-    (first, (((to - from).rem_euclid(4.0) * (BINS as f64 / 4.0)) as usize + 3).min(BINS))
 }
 
 impl Figure {
     /// Somebody in a posture; `id` tells people apart.
     pub fn new(body: &Body, posture: &Posture, id: u32) -> Self {
         let (sin, cos) = libm::sincos(posture.heading_rad);
-        let limbs = pose(body, posture);
-        Self { x: posture.x, y: posture.y, cos, sin, seed: body.seed, limbs, id }
+        Self { place: [posture.x, posture.y], forward: [cos, sin], seed: body.seed, id, limbs: pose(body, posture) }
     }
 
-    /// The first limb that a ray meets nearer than `limit`.
-    pub fn meet(&self, eye: [f64; 3], d: [f64; 3], limit: f64) -> Option<Met> {
-        let (px, py) = (eye[0] - self.x, eye[1] - self.y);
-        // Passing by the whole figure?
-        let cross = px * d[1] - py * d[0];
-        if cross * cross > REACH_M * REACH_M * (d[0] * d[0] + d[1] * d[1]) {
-            return None;
+    /// Square of the distance on the floor from a place.
+    pub fn distance2(&self, from: [f64; 2]) -> f64 {
+        let (dx, dy) = (self.place[0] - from[0], self.place[1] - from[1]);
+        dx * dx + dy * dy
+    }
+
+    fn target(&self, limb: &Limb, eye: [f64; 3]) -> Target {
+        let [fx, fy] = self.forward;
+        let (px, py) = (eye[0] - self.place[0], eye[1] - self.place[1]);
+        let stretch = limb.squeeze - 1.0;
+        // From the figure's axes to the plan's, stretched.
+        let turned = |p: [f64; 3]| {
+            let x = p[0] * limb.squeeze;
+            [x * fx - p[1] * fy, x * fy + p[1] * fx, p[2]]
+        };
+        let own = [px * fx + py * fy, py * fx - px * fy, eye[2]];
+        let (a, b, at) = (turned(limb.a), turned(limb.b), turned(own));
+        let (o, axis) = (sub(at, a), sub(b, a));
+        // On the floor it reaches no further from its middle than half of its length and its radius.
+        let middle: [f64; 2] = std::array::from_fn(|i| 0.5 * (limb.a[i] + limb.b[i]) - own[i]);
+        let half_m = 0.5 * libm::hypot(limb.b[0] - limb.a[0], limb.b[1] - limb.a[1]);
+        let near_m = (libm::hypot(middle[0], middle[1]) - half_m - limb.radius).max(0.0);
+        let (length2, ow) = (dot(axis, axis).max(1e-9), dot(o, axis));
+        Target {
+            o,
+            axis,
+            length2,
+            radius: limb.radius,
+            ow,
+            c: length2 * (dot(o, o) - limb.radius * limb.radius) - ow * ow,
+            near2: near_m * near_m,
+            stretch,
+            forward: self.forward,
+            eye: own,
+            surface: LIMB | (self.id << 3) | limb.cover as u32,
+            cover: limb.cover,
+            seed: self.seed,
         }
-        let o = [px * self.cos + py * self.sin, py * self.cos - px * self.sin, eye[2]];
-        let d = [d[0] * self.cos + d[1] * self.sin, d[1] * self.cos - d[0] * self.sin, d[2]];
-        let mut nearest: Option<(f64, usize)> = None;
-        let mut limit = limit;
-        for (i, limb) in self.limbs.iter().enumerate() {
-            if let Some(t) = limb.meet(o, d)
-                && t < limit
-            {
-                (nearest, limit) = (Some((t, i)), t);
+    }
+
+    /// The bins that a limb may fill: the first one and their number.
+    fn directions(&self, limb: &Limb, eye: [f64; 3]) -> (usize, usize) {
+        let [fx, fy] = self.forward;
+        let ends =
+            [limb.a, limb.b].map(|p| [self.place[0] + p[0] * fx - p[1] * fy - eye[0], self.place[1] + p[0] * fy + p[1] * fx - eye[1]]);
+        let reach = limb.radius + 0.002;
+        let spans = ends.map(|[dx, dy]| {
+            let distance = libm::hypot(dx, dy);
+            if distance < 1.05 * reach {
+                return None;
             }
+            let s = reach / distance;
+            let c = (1.0 - s * s).sqrt();
+            let from = diamond(dx * c + dy * s, dy * c - dx * s);
+            Some((from, (diamond(dx * c - dy * s, dy * c + dx * s) - from).rem_euclid(4.0)))
+        });
+        let [Some((from, width)), Some((other, other_width))] = spans else { return (0, BINS) };
+        // The other end's span beside this one's: half of the circle to either side.
+        let off = (other - from + 2.0).rem_euclid(4.0) - 2.0;
+        let (low, high) = (off.min(0.0), width.max(off + other_width));
+        if high - low > 1.9 {
+            return (0, BINS);
         }
-        let (t, i) = nearest?;
-        let limb = &self.limbs[i];
-        let (own, along, around) = limb.place([o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]]);
-        let normal = [own[0] * self.cos - own[1] * self.sin, own[0] * self.sin + own[1] * self.cos, own[2]];
-        Some(Met { t, normal, surface: LIMB | (self.id << 5) | i as u32, own, along, around, cover: limb.cover, seed: self.seed })
+        let scale = BINS as f64 / 4.0;
+        let first = ((from + low).rem_euclid(4.0) * scale) as usize + BINS - 1;
+        (first, ((high - low) * scale) as usize + 4)
     }
 }
 
-impl Limb {
-    fn new(a: [f64; 3], b: [f64; 3], radius: f64, squeeze: f64, cover: Cover) -> Self {
-        let axis = [(b[0] - a[0]) * squeeze, b[1] - a[1], b[2] - a[2]];
-        Self { a: [a[0] * squeeze, a[1], a[2]], axis, length2: dot(axis, axis).max(1e-9), radius, squeeze, cover }
+impl Target {
+    fn stretched(&self, d: [f64; 3]) -> [f64; 3] {
+        let along = self.stretch * (d[0] * self.forward[0] + d[1] * self.forward[1]);
+        [d[0] + along * self.forward[0], d[1] + along * self.forward[1], d[2]]
     }
 
     /// Where a ray enters the capsule: the cylinder's side, else the nearer ball.
-    fn meet(&self, o: [f64; 3], d: [f64; 3]) -> Option<f64> {
-        let o = [o[0] * self.squeeze - self.a[0], o[1] - self.a[1], o[2] - self.a[2]];
-        let d = [d[0] * self.squeeze, d[1], d[2]];
-        let (dd, dw, od, ow) = (dot(d, d), dot(d, self.axis), dot(o, d), dot(o, self.axis));
-        let r2 = self.radius * self.radius;
-        let (a, b) = (self.length2 * dd - dw * dw, self.length2 * od - ow * dw);
-        let c = self.length2 * (dot(o, o) - r2) - ow * ow;
-        let h = b * b - a * c;
+    #[inline]
+    fn meet(&self, d: [f64; 3]) -> Option<f64> {
+        let d = self.stretched(d);
+        let (dd, dw, od) = (dot(d, d), dot(d, self.axis), dot(self.o, d));
+        let (a, b) = (self.length2 * dd - dw * dw, self.length2 * od - self.ow * dw);
+        let h = b * b - a * self.c;
         if h < 0.0 {
             return None;
         }
         let t = (-b - h.sqrt()) / a.max(1e-12);
-        let along = ow + t * dw;
+        let along = self.ow + t * dw;
         if along > 0.0 && along < self.length2 {
             return (t > 0.0).then_some(t);
         }
-        let o = if along <= 0.0 { o } else { [o[0] - self.axis[0], o[1] - self.axis[1], o[2] - self.axis[2]] };
+        let o = if along <= 0.0 { self.o } else { sub(self.o, self.axis) };
         let b = dot(o, d);
-        let h = b * b - dd * (dot(o, o) - r2);
+        let h = b * b - dd * (dot(o, o) - self.radius * self.radius);
         let t = (-b - h.max(0.0).sqrt()) / dd;
         (h >= 0.0 && t > 0.0).then_some(t)
     }
 
-    /// Outward normal at a point of the surface, and the place along the limb and around it, metres.
-    fn place(&self, p: [f64; 3]) -> ([f64; 3], f64, f64) {
-        let q = [p[0] * self.squeeze - self.a[0], p[1] - self.a[1], p[2] - self.a[2]];
+    /// What there is to know about the place that a ray meets.
+    fn met(&self, d: [f64; 3], t: f64) -> Met {
+        let [fx, fy] = self.forward;
+        let s = self.stretched(d);
+        let q = [self.o[0] + t * s[0], self.o[1] + t * s[1], self.o[2] + t * s[2]];
         let along = dot(q, self.axis) / self.length2;
         let foot = along.clamp(0.0, 1.0);
         let out = [q[0] - foot * self.axis[0], q[1] - foot * self.axis[1], q[2] - foot * self.axis[2]];
-        // Undo the squeeze for the normal: a gradient stretches the other way.
-        let n = [out[0] * self.squeeze, out[1], out[2]];
+        // A gradient stretches as space does.
+        let n = self.stretched(out);
         let norm = dot(n, n).sqrt().max(1e-12);
-        // Around the limb from its left side; a diamond's corner is a quarter of the way round.
-        let w = [self.axis[0], self.axis[1], self.axis[2]];
-        let across = if w[1] * w[1] < 0.5 * self.length2 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
-        let other = [w[1] * across[2] - w[2] * across[1], w[2] * across[0] - w[0] * across[2], w[0] * across[1] - w[1] * across[0]];
-        let length = self.length2.sqrt();
-        let angle = diamond(dot(out, across), dot(out, other) / length);
-        (n.map(|v| v / norm), along * length, angle * self.radius * 1.5708)
+        let normal = n.map(|v| v / norm);
+        let own = [normal[0] * fx + normal[1] * fy, normal[1] * fx - normal[0] * fy, normal[2]];
+        let (u, v) = if self.cover == Cover::Trunk {
+            let left = self.eye[1] + t * (d[1] * fx - d[0] * fy);
+            (left, self.eye[2] + t * d[2])
+        } else {
+            // Around the limb from its left side; a diamond's corner is a quarter of the way round.
+            let across = [-fy, fx, 0.0];
+            let w = self.axis;
+            let other = [w[1] * across[2] - w[2] * across[1], w[2] * across[0] - w[0] * across[2], w[0] * across[1] - w[1] * across[0]];
+            let length = self.length2.sqrt();
+            (diamond(dot(out, across), dot(out, other) / length) * self.radius * std::f64::consts::FRAC_PI_2, along * length)
+        };
+        Met { t, normal, surface: self.surface, own, u, v, cover: self.cover, seed: self.seed }
     }
 }
 
 #[inline]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// The limbs of a body in its stride. Proportions of the height are those of adults (Winter 2009, fig. 4.1, rounded).
@@ -225,37 +299,43 @@ fn pose(body: &Body, posture: &Posture) -> Vec<Limb> {
     let (swing, lift) = libm::sincos(std::f64::consts::PI * posture.steps);
     let legs = [1.0, -1.0].map(|side| Leg::new(SWING_RAD * amount * swing * side, 0.1 + 0.75 * amount * (lift * side).max(0.0), h));
     let hip_z = legs.iter().map(|leg| leg.drop).fold(0.0, f64::max) + 0.035 * h;
-    let mut limbs = Vec::with_capacity(20);
     let sway = 0.006 * h * amount * swing;
     let at = |x: f64, y: f64, z: f64| [x * h, y * h + sway, hip_z + (z - 0.53) * h];
     let stout = 0.92 + 0.22 * f64::from(cell(9, 0, body.seed));
-    limbs.push(Limb::new(at(0.012, 0.0, 0.908), at(0.006, 0.0, 0.945), 0.047 * h, 0.86, Cover::Head));
-    limbs.push(Limb::new(at(0.0, 0.0, 0.83), at(0.004, 0.0, 0.88), 0.034 * h, 1.0, Cover::Skin));
-    limbs.push(Limb::new(at(0.0, 0.0, 0.57), at(0.0, 0.0, 0.725), 0.092 * h * stout, 1.45, Cover::Shirt));
-    limbs.push(Limb::new(at(0.0, -0.082, 0.788), at(0.0, 0.082, 0.788), 0.05 * h, 1.1, Cover::Shirt));
-    limbs.push(Limb::new(at(0.0, -0.032, 0.525), at(0.0, 0.032, 0.525), 0.064 * h * stout, 1.15, Cover::Trousers));
+    let limb = |a: [f64; 3], b: [f64; 3], radius: f64, squeeze: f64, cover: Cover| Limb { a, b, radius: radius * h, squeeze, cover };
+    let level =
+        |half: f64, z: f64, radius: f64, squeeze: f64, cover: Cover| limb(at(0.0, -half, z), at(0.0, half, z), radius, squeeze, cover);
+    let mut limbs = vec![
+        limb(at(0.012, 0.0, 0.908), at(0.006, 0.0, 0.945), 0.047, 0.86, Cover::Head),
+        limb(at(0.0, 0.0, 0.82), at(0.004, 0.0, 0.88), 0.031, 1.0, Cover::Skin),
+        // Shoulders, chest, waist and hem, and what is between them.
+        level(0.078, 0.797, 0.036, 1.0, Cover::Trunk),
+        level(0.05, 0.745, 0.054 * stout, 1.0, Cover::Trunk),
+        limb(at(0.0, 0.0, 0.60), at(0.0, 0.0, 0.755), 0.088 * stout, 1.45, Cover::Trunk),
+        level(0.045, 0.565, 0.054 * stout, 1.0, Cover::Trunk),
+        level(0.045, 0.525, 0.052 * stout, 1.05, Cover::Trousers),
+    ];
     if cell(8, 0, body.seed) < 0.3 {
-        limbs.push(Limb::new(at(-0.095, 0.0, 0.63), at(-0.095, 0.0, 0.74), 0.075 * h, 1.6, Cover::Bag));
+        limbs.push(limb(at(-0.085, 0.0, 0.63), at(-0.085, 0.0, 0.74), 0.072, 1.6, Cover::Bag));
     }
     let bare_arms = cell(7, 0, body.seed) < 0.3;
     for (side, leg) in [1.0, -1.0].into_iter().zip(&legs) {
         // Arms swing against the legs.
         let (upper, fore) = (-0.8 * leg.thigh_rad, -0.8 * leg.thigh_rad + 0.25 + 0.25 * amount);
-        let shoulder = at(0.0, 0.118 * side, 0.795);
+        let shoulder = at(0.0, 0.108 * side, 0.797);
         let elbow = below(shoulder, upper, 0.165 * h);
         let elbow = [elbow[0], elbow[1] + 0.02 * h * side, elbow[2]];
         let wrist = below(elbow, fore, 0.145 * h);
-        let hand = below(wrist, fore, 0.045 * h);
-        limbs.push(Limb::new(shoulder, elbow, 0.0285 * h * stout, 1.0, Cover::Shirt));
-        limbs.push(Limb::new(elbow, wrist, 0.022 * h, 1.0, if bare_arms { Cover::Skin } else { Cover::Shirt }));
-        limbs.push(Limb::new(wrist, hand, 0.021 * h, 1.0, Cover::Skin));
-        let hip = at(0.0, 0.05 * side, 0.53);
+        limbs.push(limb(shoulder, elbow, 0.028 * stout, 1.0, Cover::Sleeve));
+        limbs.push(limb(elbow, wrist, 0.022, 1.0, if bare_arms { Cover::Skin } else { Cover::Sleeve }));
+        limbs.push(limb(wrist, below(wrist, fore, 0.045 * h), 0.02, 1.0, Cover::Skin));
+        let hip = at(0.0, 0.048 * side, 0.53);
         let knee = below(hip, leg.thigh_rad, 0.245 * h);
         let ankle = below(knee, leg.shin_rad, 0.246 * h);
-        limbs.push(Limb::new(hip, knee, 0.047 * h * stout, 1.0, Cover::Trousers));
-        limbs.push(Limb::new(knee, ankle, 0.033 * h, 1.0, Cover::Trousers));
-        let toe = below(ankle, leg.shin_rad + 1.45, 0.1 * h);
-        limbs.push(Limb::new([ankle[0], ankle[1], ankle[2] - 0.01 * h], [toe[0], toe[1], toe[2] - 0.01 * h], 0.026 * h, 1.0, Cover::Shoe));
+        limbs.push(limb(hip, knee, 0.045 * stout, 1.0, Cover::Trousers));
+        limbs.push(limb(knee, ankle, 0.033, 1.0, Cover::Trousers));
+        let (heel, toe) = (below(ankle, 0.0, 0.01 * h), below(below(ankle, 0.0, 0.01 * h), leg.shin_rad + 1.45, 0.1 * h));
+        limbs.push(limb(heel, toe, 0.026, 1.0, Cover::Shoe));
     }
     limbs
 }
@@ -283,12 +363,14 @@ fn below(from: [f64; 3], forward_rad: f64, length: f64) -> [f64; 3] {
 impl Met {
     /// Brightness of the cloth in full light, averaged over a pixel that is `footprint` metres wide there; lit from above.
     pub fn brightness(&self, footprint: f32) -> f32 {
-        let shade = 0.76 + 0.20 * self.own[2] as f32 + 0.05 * self.normal[0] as f32 + 0.03 * self.normal[1] as f32;
+        // The trunk is made of several capsules, but a shirt hangs over all of them alike.
+        let relief = if self.cover == Cover::Trunk { 0.05 } else { 0.20 };
+        let shade = 0.76 + relief * self.own[2] as f32 + 0.05 * self.normal[0] as f32 + 0.03 * self.normal[1] as f32;
         self.cloth(footprint) * shade
     }
 
     fn cloth(&self, f: f32) -> f32 {
-        let (u, v, seed) = (self.around as f32, self.along as f32, self.seed);
+        let (u, v, seed) = (self.u as f32, self.v as f32, self.seed);
         let spot = Spot { u, v, fu: f, fv: f };
         let tone = |key: i32| cell(key, 0, seed);
         let skin = 0.42 + 0.32 * tone(1);
@@ -297,7 +379,7 @@ impl Met {
         match self.cover {
             Cover::Skin => skin + 0.02 * noise(u * 40.0, v * 40.0, 40.0 * f, seed),
             Cover::Head => self.head(skin, f),
-            Cover::Shirt => self.shirt(spot, tone(2), tone(3)) * (1.0 + 1.6 * folds),
+            Cover::Trunk | Cover::Sleeve => self.shirt(spot, tone(2), tone(3)) * (1.0 + 1.6 * folds),
             Cover::Trousers => {
                 (0.10 + 0.38 * tone(4) * tone(4)) * (1.0 + 2.2 * folds) + 0.02 * noise(u * 90.0, v * 90.0, 90.0 * f, seed ^ 7)
             }
@@ -323,7 +405,8 @@ impl Met {
             2 => {
                 // A print on the chest and one on the back.
                 let print = mosaic(spot.scaled(0.0, 0.0, 0.022, 0.03), self.seed ^ 9);
-                let share = band(spot.v, 0.02, 0.17, spot.fv) * band((self.own[1] as f32).abs(), -1.0, 0.6, 10.0 * spot.fu);
+                let on_trunk = if self.cover == Cover::Trunk { 1.0 } else { 0.0 };
+                let share = on_trunk * band(spot.v, 1.10, 1.32, spot.fv) * band(spot.u, -0.12, 0.12, spot.fu);
                 base + share * (print - 0.3).clamp(0.0, 0.7) / 0.7 * (ink - base)
             }
             _ => base,
@@ -337,7 +420,7 @@ impl Met {
         // Higher in front than behind.
         let line = z - 0.75 * x + 0.1;
         let share = (line / soft + 0.5).clamp(0.0, 1.0);
-        let height = self.along as f32 + 0.08 * z;
+        let height = self.v as f32 + 0.08 * z;
         let eyes = band(y.abs(), 0.22, 0.5, soft) * band(height, 0.035, 0.055, f)
             + band(y.abs(), -1.0, 0.3, soft) * band(height, -0.045, -0.033, f);
         let face = skin * (1.0 - 0.55 * eyes * (2.0 * x - 1.0).clamp(0.0, 1.0));
@@ -350,14 +433,20 @@ impl Met {
 mod tests {
     use super::*;
 
-    fn somebody(x: f64, steps: f64) -> Cast {
+    const EYE: [f64; 3] = [0.0, 0.0, 1.5];
+
+    fn figure(x: f64, y: f64, steps: f64) -> Figure {
         let body = Body { height_m: 1.8, seed: 4 };
-        Cast::new(vec![Figure::new(&body, &Posture { x, y: 0.0, heading_rad: 0.3, speed_mps: 1.2, steps }, 1)], [0.0, 0.0])
+        Figure::new(&body, &Posture { x, y, heading_rad: 0.3, speed_mps: 1.2, steps }, 1)
+    }
+
+    fn somebody(x: f64, steps: f64) -> Cast {
+        Cast::new(&[figure(x, 0.0, steps)], EYE)
     }
 
     fn look(cast: &Cast, d: [f64; 3]) -> Option<Met> {
         let bin = (diamond(d[0], d[1]) * (BINS as f64 / 4.0)) as usize % BINS;
-        cast.meet(bin, [0.0, 0.0, 1.5], d, f64::INFINITY)
+        cast.meet(bin, d, f64::INFINITY)
     }
 
     #[test]
@@ -376,24 +465,40 @@ mod tests {
     }
 
     #[test]
-    fn limbs_swing_but_hide_nothing_beyond_the_figures_reach() {
-        let cast = somebody(3.0, 0.5);
-        // The bins hold everything that a full search finds.
-        for k in -400..400 {
-            let d = [3.0, f64::from(k) * 0.004, -0.3];
-            let all = cast.figures[0].meet([0.0, 0.0, 1.5], d, f64::INFINITY).map(|m| m.t);
-            assert_eq!(look(&cast, d).map(|m| m.t), all);
+    fn the_bins_hold_every_limb_that_a_full_search_finds() {
+        for (x, y) in [(3.0, 0.0), (-2.0, 0.7), (0.6, -0.5), (-0.4, -0.3)] {
+            let cast = Cast::new(&[figure(x, y, 0.5)], EYE);
+            let mut met = 0;
+            for k in 0..20_000 {
+                let angle = 0.001 * f64::from(k);
+                let d = [angle.cos(), angle.sin(), -1.2 + 0.0011 * f64::from(k % 1000)];
+                let all = cast.targets.iter().filter_map(|target| target.meet(d)).fold(f64::INFINITY, f64::min);
+                let found = look(&cast, d).map_or(f64::INFINITY, |m| m.t);
+                assert_eq!(found, all, "towards {d:?} from a person at {x}, {y}");
+                met += usize::from(all.is_finite());
+            }
+            assert!(met > 100, "{met} rays");
         }
-        let other = somebody(3.0, 1.5);
-        let shape = |cast: &Cast| (-40..40).map(|k| look(cast, [3.0, f64::from(k) * 0.01, -1.2]).is_some()).collect::<Vec<_>>();
-        assert_ne!(shape(&cast), shape(&other), "half a cycle later the other leg is in front");
+    }
+
+    #[test]
+    fn normals_point_at_whoever_looks_and_limbs_swing() {
+        let cast = somebody(3.0, 0.5);
+        for k in -40..40 {
+            let d = [3.0, f64::from(k) * 0.01, -0.5];
+            let Some(met) = look(&cast, d) else { continue };
+            assert!(dot(met.normal, d) < 1e-9 && (dot(met.normal, met.normal) - 1.0).abs() < 1e-9);
+        }
+        let shape =
+            |cast: &Cast| (-40..40).map(|k| look(cast, [3.0, f64::from(k) * 0.01, -1.2]).map(|m| m.t.to_bits())).collect::<Vec<_>>();
+        assert_ne!(shape(&cast), shape(&somebody(3.0, 1.5)), "half a cycle later the other leg is in front");
     }
 
     #[test]
     fn a_wall_in_front_hides_people() {
         let cast = somebody(3.0, 0.0);
         let bin = (diamond(1.0, 0.0) * (BINS as f64 / 4.0)) as usize % BINS;
-        assert!(cast.meet(bin, [0.0, 0.0, 1.5], [1.0, 0.0, -0.1], 5.0).is_some());
-        assert!(cast.meet(bin, [0.0, 0.0, 1.5], [1.0, 0.0, -0.1], 2.0).is_none());
+        assert!(cast.meet(bin, [1.0, 0.0, -0.1], 5.0).is_some());
+        assert!(cast.meet(bin, [1.0, 0.0, -0.1], 2.0).is_none());
     }
 }

@@ -16,14 +16,14 @@ use serde::{Deserialize, Serialize};
 use super::World;
 use super::figure::{Body, Cast, Figure, Posture};
 use crate::error::{SimError, in_range};
-use crate::render::Sightline;
+use crate::render::{Sightline, bin};
 
 /// Distance between points of a trail, metres.
 const POINT_M: f64 = 0.1;
 /// Half of a person's width with arms, metres: kept from walls.
 const HALF_WIDTH_M: f64 = 0.28;
 /// Nobody comes closer to the camera than this, metres.
-const PERSONAL_M: f64 = 0.6;
+const PERSONAL_M: f64 = 0.7;
 /// Way for which one would have walked while turning round, metres.
 const TURN_M: f64 = 0.5;
 /// Further away than this nobody is drawn, metres.
@@ -132,7 +132,7 @@ impl Crowd {
         for k in 0..CANDIDATES {
             let mut rng = seed.derive("people", k);
             let Some(person) = crowd.candidate(people, world, &mut rng) else { continue };
-            if crowd.jostles(&person, watches) {
+            if crowd.jostles(&person, people.share, watches) {
                 continue;
             }
             let added: Vec<Vec<usize>> =
@@ -157,8 +157,10 @@ impl Crowd {
     pub fn cast(&self, time_s: f64, plan_from_camera: &Isometry3<f64>) -> Cast {
         let eye = plan_from_camera.translation.vector;
         let seen = self.persons.iter().enumerate();
-        let figures = seen.filter_map(|(k, person)| self.figure(person, k as u32, time_s, plan_from_camera)).collect();
-        Cast::new(figures, [eye.x, eye.y])
+        let mut figures: Vec<Figure> = seen.filter_map(|(k, person)| self.figure(person, k as u32, time_s, plan_from_camera)).collect();
+        // Who is near hides others, who then need not be tried.
+        figures.sort_by(|a, b| a.distance2([eye.x, eye.y]).total_cmp(&b.distance2([eye.x, eye.y])));
+        Cast::new(&figures, [eye.x, eye.y, eye.z])
     }
 
     /// The figure of a person, where the camera might see it.
@@ -185,20 +187,23 @@ impl Crowd {
     fn newly_covered(&self, person: &Person, watch: &Watch, covered: &[bool]) -> Vec<usize> {
         let Some(figure) = self.figure(person, 0, watch.time_s, &watch.plan_from_camera) else { return Vec::new() };
         let eye = watch.plan_from_camera.translation.vector;
-        let hit = |ray: &Sightline| figure.meet([eye.x, eye.y, eye.z], ray.direction, ray.t).is_some();
+        let cast = Cast::new(&[figure], [eye.x, eye.y, eye.z]);
+        let hit = |ray: &Sightline| cast.meet(bin(ray.direction), ray.direction, ray.t).is_some();
         watch.rays.iter().enumerate().filter(|(i, ray)| !covered[*i] && hit(ray)).map(|(i, _)| i).collect()
     }
 
     /// Whether somebody would walk inside others for more than a moment.
-    fn jostles(&self, person: &Person, watches: &[Watch]) -> bool {
+    fn jostles(&self, person: &Person, share: f64, watches: &[Watch]) -> bool {
+        // Where they are to fill half of the view they have to crowd.
+        let (apart_m, bearable) = if share > 0.2 { (0.35, 0.2) } else { (0.5, 0.05) };
         let meets = |watch: &&Watch| {
             let one = self.trail.posture(person, watch.time_s);
             self.persons.iter().any(|other| {
                 let other = self.trail.posture(other, watch.time_s);
-                libm::hypot(one.x - other.x, one.y - other.y) < 0.35
+                libm::hypot(one.x - other.x, one.y - other.y) < apart_m
             })
         };
-        watches.iter().filter(meets).count() > watches.len() / 5
+        watches.iter().filter(meets).count() as f64 > bearable * watches.len() as f64
     }
 
     fn candidate(&self, people: &People, world: &World, rng: &mut StreamRng) -> Option<Person> {
