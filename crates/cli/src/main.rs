@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         Command::Track(args) => command::track::run(args),
         Command::Locate(args) => command::locate::run(args),
         Command::Place(args) => command::place::run(args),
+        Command::Eval(args) => command::eval::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,6 +1,7 @@
 //! One file a subcommand; what they share is here.
 
 pub mod demo;
+pub mod eval;
 pub mod locate;
 pub mod place;
 pub mod track;

@@ -2,13 +2,19 @@
 //!
 //! [`TrackPicture`]: the walk on the plan with its doubt · [`TrajectoryPicture`]: the camera's path by itself ·
 //! [`PlacementPicture`]: all places where a path fits · [`ParticlePicture`]: the filter at work.
+//! With a truth: [`ErrorPicture`]: error along the walk · [`CalibrationPicture`]: whether the doubt was honest ·
+//! [`OverlayPicture`]: an odometry over the truth.
 //!
 //! Plans are drawn y up, in metres; the sheet itself is SVG's pixels, y down.
 
+mod calibration;
+mod chart;
 mod colour;
+mod error;
 mod font;
 mod map;
 mod marks;
+mod overlay;
 mod particles;
 mod placement;
 mod png;
@@ -16,6 +22,9 @@ pub(crate) mod svg;
 mod track;
 mod trajectory;
 
+pub use calibration::CalibrationPicture;
+pub use error::ErrorPicture;
+pub use overlay::OverlayPicture;
 pub use particles::{ParticleCloud, ParticlePicture};
 pub use placement::PlacementPicture;
 pub use png::{PictureError, png_of};
