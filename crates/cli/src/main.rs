@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Track(args) => command::track::run(args),
         Command::Locate(args) => command::locate::run(args),
         Command::Place(args) => command::place::run(args),
+        Command::Eval(args) => command::eval::run(args),
         Command::Bench(args) => command::bench::run(args),
     };
     match outcome {

@@ -16,7 +16,7 @@ pub struct Output {
 
 /// Results that would contradict those of another run. Files that may be somebody's input (odometry, sightings, cameras, plans,
 /// truths) are not among them: they are only ever overwritten.
-const RESULTS: [&str; 13] = [
+const RESULTS: [&str; 21] = [
     "result.json",
     "track.csv",
     "filter.csv",
@@ -30,6 +30,14 @@ const RESULTS: [&str; 13] = [
     "place.svg",
     "place.png",
     "report.html",
+    "eval.json",
+    "eval-curves.csv",
+    "eval-error.svg",
+    "eval-error.png",
+    "eval-calibration.svg",
+    "eval-calibration.png",
+    "eval-odometry.svg",
+    "eval-odometry.png",
 ];
 
 impl Output {
@@ -50,6 +58,12 @@ impl Output {
             Err(why) => return Err(Failure::usage(format!("the output folder cannot be used: {why}\n  {}", folder.display()))),
         }
         Ok(Self { folder: folder.to_owned(), stale: Cell::new(stale) })
+    }
+
+    /// Takes a folder as it is, or makes it: what is written goes beside what is there.
+    pub fn beside(folder: &Path) -> Result<Self, Failure> {
+        std::fs::create_dir_all(folder).map_err(|why| Failure::output(why, folder))?;
+        Ok(Self { folder: folder.to_owned(), stale: Cell::new(false) })
     }
 
     /// Removes the results of an earlier run, so that two runs do not mix; only once there is something to put in their place,

@@ -1,4 +1,6 @@
-//! Stories of the front door: what a person gets to see of a walk.
+//! Stories of the front door: what a person gets to see of a walk, and how it is scored.
+
+mod parts;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use planwalk::evaluate::{PlaceOptions, place};

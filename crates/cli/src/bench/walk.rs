@@ -257,7 +257,7 @@ impl Truth {
         let poses: Vec<_> =
             file.trajectory.poses().iter().map(|(stamp, pose)| (shift(*stamp), Rigid3::<Plan, Body>::new(pose.iso))).collect();
         let on_floor = poses.iter().map(|(stamp, pose)| (*stamp, on_floor(&pose.iso, frame))).collect();
-        Ok(Self { poses, frame, on_floor, faces: !file.notes.iter().any(|n| n.contains("no heading")) })
+        Ok(Self { poses, frame, on_floor, faces: file.faces })
     }
 
     fn prepared(

@@ -1,6 +1,7 @@
 //! One story a claim.
 
 mod bad_input;
+mod eval;
 mod manners;
 mod real_data;
 mod results;

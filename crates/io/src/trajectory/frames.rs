@@ -11,8 +11,11 @@ use super::RawPose;
 /// Cosine of the angle within which the mean upward direction is one of the world's axes: 37°, for a phone held tilted.
 const AXIS_COS: f64 = 0.8;
 
-/// `odom ← body` of poses `world ← camera`; the body stands where the camera is.
-pub(super) fn body_from_camera(poses: &[RawPose], notes: &mut Vec<String>) -> Vec<(Stamp, Rigid3<Odom, Body>)> {
+/// Poses `odom ← body` in time order.
+type Timed = Vec<(Stamp, Rigid3<Odom, Body>)>;
+
+/// `odom ← body` of poses `world ← camera`, and whether their world had to be turned; the body stands where the camera is.
+pub(super) fn body_from_camera(poses: &[RawPose], notes: &mut Vec<String>) -> (Timed, bool) {
     // Columns are the body's axes in the camera frame: forward is z, left is −x, up is −y.
     let camera_from_body = from_columns([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]);
     let up = mean_up(poses, &(camera_from_body * Vector3::z()));
@@ -23,7 +26,7 @@ pub(super) fn body_from_camera(poses: &[RawPose], notes: &mut Vec<String>) -> Ve
         let rotation = odom_from_world * iso.rotation * camera_from_body;
         (pose.stamp, Rigid3::from_parts(odom_from_world * iso.translation.vector, rotation))
     };
-    poses.iter().map(convert).collect()
+    (poses.iter().map(convert).collect(), odom_from_world.angle() > 0.0)
 }
 
 /// Tells when poses that are taken as a body's do not stand upright.
@@ -103,7 +106,9 @@ mod tests {
         for (world_from_odom, said) in [(UnitQuaternion::identity(), "z up"), (y_down, "y down"), (y_up, "y up")] {
             let (bodies, poses) = camera_poses(world_from_odom);
             let mut notes = Vec::new();
-            for ((_, got), body) in body_from_camera(&poses, &mut notes).iter().zip(&bodies) {
+            let (got, turned) = body_from_camera(&poses, &mut notes);
+            assert_eq!(turned, said != "z up");
+            for ((_, got), body) in got.iter().zip(&bodies) {
                 let off = got.iso.inverse() * body.iso;
                 // Round-off over some 40 m of path.
                 assert!(off.translation.vector.norm() < 1e-12 && off.rotation.angle() < 1e-7, "{said}: {got:?} for {body:?}");
@@ -116,7 +121,8 @@ mod tests {
     fn a_world_with_no_axis_up_is_levelled() {
         let (_, poses) = camera_poses(UnitQuaternion::from_euler_angles(0.8, 0.3, 0.0));
         let mut notes = Vec::new();
-        let got = body_from_camera(&poses, &mut notes);
+        let (got, turned) = body_from_camera(&poses, &mut notes);
+        assert!(turned);
         let up = got.iter().map(|(_, p)| p.iso.rotation * Vector3::z()).sum::<Vector3<f64>>().normalize();
         assert!(up.z > 1.0 - 1e-12, "{up}");
     }

@@ -24,6 +24,8 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::str::FromStr;
 
+pub use rows::times_beside;
+
 use planwalk_types::{Body, Odom, Rigid3, Stamp, Trajectory, TrajectoryError};
 
 use crate::text;
@@ -112,6 +114,10 @@ pub struct PosesFile {
     pub format: PosesFormat,
     /// What its poses were of.
     pub frame: PosesFrame,
+    /// Whether the file says where the body faced; else the direction of motion was taken.
+    pub faces: bool,
+    /// Whether the file's world was turned to bring z up: its x and y are then not those of the file.
+    pub turned: bool,
     /// What was decided on the way, for people.
     pub notes: Vec<String>,
 }
@@ -220,6 +226,14 @@ struct RawPose {
 /// # Errors
 /// [`PosesError`], with the line.
 pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError> {
+    read_with_times(path, options, times_beside(path).as_deref())
+}
+
+/// As [`read`], but KITTI poses take their times from this file (a time in seconds a line), or are 10 Hz where there is none.
+///
+/// # Errors
+/// [`PosesError`], with the line.
+pub fn read_with_times(path: &Path, options: &PosesOptions, times: Option<&Path>) -> Result<PosesFile, PosesError> {
     let mut notes = Vec::new();
     let in_folder = path.is_dir();
     let text = if in_folder { String::new() } else { text::read(path)? };
@@ -228,13 +242,18 @@ pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError
         Some(format) => format,
         None => detect::format_of(&text)?,
     };
+    let mut faces = true;
     let poses = match format {
         PosesFormat::Matrices => folder::read(path, options.fps, &mut notes)?,
         PosesFormat::Tum => rows::tum(&text, &mut notes)?,
-        PosesFormat::Kitti => rows::kitti(&text, path, &mut notes)?,
+        PosesFormat::Kitti => rows::kitti(&text, times, &mut notes)?,
         PosesFormat::Euroc => rows::euroc(&text)?,
         PosesFormat::Carmen => carmen::read(&text, &mut notes)?,
-        PosesFormat::Csv => table::read(&text, &mut notes)?,
+        PosesFormat::Csv => {
+            let (poses, has_headings) = table::read(&text, &mut notes)?;
+            faces = has_headings;
+            poses
+        }
     };
     if poses.is_empty() {
         return Err(PosesError::Empty);
@@ -247,14 +266,14 @@ pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError
     }
     let own = if matches!(format, PosesFormat::Kitti | PosesFormat::Matrices) { PosesFrame::Camera } else { PosesFrame::Body };
     let frame = options.frame.unwrap_or(own);
-    let poses = match frame {
+    let (poses, turned) = match frame {
         PosesFrame::Camera => frames::body_from_camera(&poses, &mut notes),
         PosesFrame::Body => {
             frames::note_if_not_upright(&poses, &mut notes);
-            poses.iter().map(|p| (p.stamp, p.world_from_thing)).collect()
+            (poses.iter().map(|p| (p.stamp, p.world_from_thing)).collect(), false)
         }
     };
-    Ok(PosesFile { trajectory: Trajectory::new(poses)?, format, frame, notes })
+    Ok(PosesFile { trajectory: Trajectory::new(poses)?, format, frame, faces, turned, notes })
 }
 
 /// Writes poses in TUM form: `t x y z qx qy qz qw`, single spaces, nine decimals of time, none at the end of a line.

@@ -50,7 +50,7 @@ pub(super) fn euroc(text: &str) -> Result<Vec<RawPose>, PosesError> {
 }
 
 /// Twelve numbers a line; a thirteenth in front is the frame's number, or its nanoseconds.
-pub(super) fn kitti(text: &str, path: &Path, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
+pub(super) fn kitti(text: &str, times: Option<&Path>, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
     let mut poses = Vec::new();
     let mut numbered = true;
     for (line, row) in text::data_lines(text) {
@@ -72,7 +72,7 @@ pub(super) fn kitti(text: &str, path: &Path, notes: &mut Vec<String>) -> Result<
         poses.push(RawPose { line, stamp, world_from_thing: Rigid3::from_parts(Vector3::new(n[3], n[7], n[11]), rotation) });
     }
     if !numbered {
-        take_times(&mut poses, path, notes)?;
+        take_times(&mut poses, times, notes)?;
     }
     Ok(poses)
 }
@@ -90,15 +90,15 @@ fn frame_or_ns(line: usize, head: &str) -> Result<Stamp, PosesError> {
     head.parse().map(Stamp).map_err(|_| PosesError::BadStamp { line, value: head.to_owned(), unit: "whole nanoseconds" })
 }
 
-/// Takes times from the file beside, where there is one that fits.
-fn take_times(poses: &mut [RawPose], path: &Path, notes: &mut Vec<String>) -> Result<(), PosesError> {
+/// Takes times from a file, where there is one that fits.
+fn take_times(poses: &mut [RawPose], times: Option<&Path>, notes: &mut Vec<String>) -> Result<(), PosesError> {
     let assumed = format!("KITTI poses carry no time: {KITTI_HZ} Hz is assumed");
-    let Some(file) = times_beside(path) else {
+    let Some(file) = times else {
         notes.push(format!("{assumed} (a file times.txt beside it would be used)"));
         return Ok(());
     };
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let text = text::read(&file)?;
+    let text = text::read(file)?;
     let times: Vec<(usize, &str)> = text::data_lines(&text).collect();
     if times.len() != poses.len() {
         notes.push(format!("{name} has {} times for {} poses and is not used; {assumed}", times.len(), poses.len()));
@@ -111,8 +111,8 @@ fn take_times(poses: &mut [RawPose], path: &Path, notes: &mut Vec<String>) -> Re
     Ok(())
 }
 
-/// `NAME_times.txt` or `times.txt` in the same folder.
-fn times_beside(path: &Path) -> Option<PathBuf> {
+/// The times that go with KITTI poses: `NAME_times.txt` or `times.txt` in the same folder, where there is one.
+pub fn times_beside(path: &Path) -> Option<PathBuf> {
     let stem = path.file_stem()?.to_string_lossy();
     [format!("{stem}_times.txt"), "times.txt".to_owned()].into_iter().map(|name| path.with_file_name(name)).find(|file| file.is_file())
 }

@@ -72,7 +72,8 @@ impl Columns {
     }
 }
 
-pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
+/// The poses, and whether the table says where they face.
+pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<(Vec<RawPose>, bool), PosesError> {
     let Some((header, columns)) = find_header(text) else {
         // Says which column is missing in what should be the header.
         let first = text.lines().find(|line| !line.trim().is_empty()).ok_or(PosesError::Empty)?;
@@ -83,11 +84,12 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Vec<RawPose>, 
         let cells: Vec<&str> = row.split([',', ';', '\t']).map(str::trim).collect();
         poses.push(pose(line, &cells, &columns)?);
     }
-    if columns.yaw.is_none() && columns.quaternion.is_none() {
+    let faces = columns.yaw.is_some() || columns.quaternion.is_some();
+    if !faces {
         notes.push("the table has no heading: the direction of motion is taken, and the step forward with it".to_owned());
         face_the_motion(&mut poses);
     }
-    Ok(poses)
+    Ok((poses, faces))
 }
 
 fn pose(line: usize, cells: &[&str], columns: &Columns) -> Result<RawPose, PosesError> {

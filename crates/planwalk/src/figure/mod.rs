@@ -2,14 +2,20 @@
 //!
 //! [`TrackPicture`]: the walk on the plan with its doubt · [`TrajectoryPicture`]: the camera's path by itself ·
 //! [`PlacementPicture`]: all places where a path fits · [`ParticlePicture`]: the filter at work · [`BenchPicture`]: many walks.
+//! With a truth: [`ErrorPicture`]: error along the walk · [`CalibrationPicture`]: whether the doubt was honest ·
+//! [`OverlayPicture`]: an odometry over the truth.
 //!
 //! Plans are drawn y up, in metres; the sheet itself is SVG's pixels, y down.
 
 mod bench;
+mod calibration;
+mod chart;
 mod colour;
+mod error;
 mod font;
 mod map;
 mod marks;
+mod overlay;
 mod particles;
 mod placement;
 mod png;
@@ -18,6 +24,9 @@ mod track;
 mod trajectory;
 
 pub use bench::BenchPicture;
+pub use calibration::CalibrationPicture;
+pub use error::ErrorPicture;
+pub use overlay::OverlayPicture;
 pub use particles::{ParticleCloud, ParticlePicture};
 pub use placement::PlacementPicture;
 pub use png::{PictureError, png_of};

@@ -2,11 +2,22 @@
 
 use std::path::PathBuf;
 
-use planwalk_sim::{Building, BuildingKind, BuildingOptions, Lies, Look, PlanWorldOptions, Scene, WalkOptions};
-use planwalk_types::{Camera, Cell, FloorPlan, Plan, Pt2, Seed, Wall};
+use planwalk_sim::{
+    Building, BuildingKind, BuildingOptions, CameraOptions, Lies, Look, PlanWorldOptions, Scene, SceneOptions, WalkOptions,
+};
+use planwalk_types::{Cell, FloorPlan, Plan, Pt2, Seed, Wall};
 
 fn building(kind: BuildingKind, seed: u64) -> Building {
     Building::generate(&BuildingOptions { kind, ..Default::default() }, Seed(seed)).unwrap()
+}
+
+/// A scene whose pictures nobody looks at.
+fn tiny(seed: u64) -> SceneOptions {
+    SceneOptions { seed: Seed(seed), camera: CameraOptions { width: 64, height: 48, ..Default::default() }, ..Default::default() }
+}
+
+fn lasting(duration_s: f64) -> WalkOptions {
+    WalkOptions { duration_s, ..Default::default() }
 }
 
 /// What can be reached over free cells from the grid's corner, which lies outdoors.
@@ -117,10 +128,9 @@ fn rotundas_are_sound() {
 
 #[test]
 fn every_building_has_walks() {
-    let camera = Camera::phone_prior(16, 16);
     for kind in BuildingKind::ALL {
         for seed in 0..20 {
-            let scene = Scene::new(building(kind, seed), WalkOptions::default(), camera.clone(), Look::default(), Seed(seed));
+            let scene = Scene::new(building(kind, seed), &tiny(seed));
             let scene = scene.unwrap_or_else(|error| panic!("{kind} {seed}: {error}"));
             assert!(scene.walk().length_m() > 12.0, "{kind} {seed}: {} m", scene.walk().length_m());
             for (_, pose) in scene.truth_on_floor() {
@@ -184,12 +194,11 @@ fn plans_lie_as_far_as_one_asks_for() {
 
 #[test]
 fn furniture_stands_in_every_kind_of_building_and_on_no_plan() {
-    let camera = Camera::phone_prior(16, 16);
     let walls = |plan: &FloorPlan| plan.cells().iter().filter(|c| **c == Cell::Wall).count();
     for kind in BuildingKind::ALL {
         let scene = |furniture: f64| {
             let look = Look { furniture, ..Default::default() };
-            Scene::new(building(kind, 3), WalkOptions { duration_s: 10.0, ..Default::default() }, camera.clone(), look, Seed(3)).unwrap()
+            Scene::new(building(kind, 3), &SceneOptions { look, walk: lasting(10.0), ..tiny(3) }).unwrap()
         };
         let (empty, full) = (scene(0.0), scene(1.0));
         assert!(empty.plan() == full.plan());
@@ -267,7 +276,7 @@ fn a_plan_becomes_a_world_with_its_walls_where_they_are_drawn() {
         assert!(world.rooms.len() > 1 && world.doors.is_empty(), "{kind}: {} rooms", world.rooms.len());
         // A straight wall is one surface, not one for each cell.
         assert!(world.walls.len() < 1500, "{kind}: {} surfaces", world.walls.len());
-        let scene = Scene::new(world, WalkOptions::default(), Camera::phone_prior(16, 16), Look::default(), Seed(1)).unwrap();
+        let scene = Scene::new(world, &tiny(1)).unwrap();
         assert!(scene.truth_on_floor().iter().all(|(_, pose)| plan.at(pose.origin()) == Cell::Free), "{kind}");
     }
 }
@@ -285,8 +294,7 @@ fn lies_about_a_given_plan_change_the_world_and_not_the_plan() {
     };
     // A piece is 2.4 m of wall of 3 cells; a screen at least 1 m.
     assert!(count(&drawn, &built) > 100 && count(&built, &drawn) > 60, "{} and {}", count(&drawn, &built), count(&built, &drawn));
-    let camera = Camera::phone_prior(16, 16);
-    assert!(Scene::new(liar, WalkOptions::default(), camera, Look::default(), Seed(1)).is_ok());
+    assert!(Scene::new(liar, &tiny(1)).is_ok());
 }
 
 #[test]
@@ -302,8 +310,7 @@ fn real_plans_become_worlds() {
         check_world(&plan, &world);
         let area: f64 = world.rooms.iter().map(|room| room.area_m2()).sum();
         assert!(area > least_m2, "{path}: {area} m² of rooms");
-        let walk = WalkOptions { duration_s: 40.0, ..Default::default() };
-        let scene = Scene::new(world, walk, Camera::phone_prior(64, 48), Look::default(), Seed(2)).unwrap();
+        let scene = Scene::new(world, &SceneOptions { walk: lasting(40.0), ..tiny(2) }).unwrap();
         for (_, pose) in scene.truth_on_floor() {
             assert_eq!(plan.at(pose.origin()), Cell::Free, "{path}: {pose:?}");
         }

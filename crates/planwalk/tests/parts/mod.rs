@@ -1,0 +1,4 @@
+//! One file a claim that is more than a picture's.
+
+mod eval_pictures;
+mod evo;
