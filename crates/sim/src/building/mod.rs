@@ -250,7 +250,6 @@ mod tests {
     use planwalk_types::Cell;
 
     use super::*;
-    use planwalk_types::Cell;
 
     fn office(seed: u64) -> Building {
         Building::generate(&BuildingOptions::default(), Seed(seed)).unwrap()

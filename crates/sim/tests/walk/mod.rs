@@ -56,10 +56,11 @@ fn hall_around(poses: &[(Stamp, Rigid3<Plan, Cam>)]) -> Building {
     let outward = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     let at = |i: usize| Pt2::new(corners[i % 4].0 + outward[i % 4].0, corners[i % 4].1 + outward[i % 4].1);
     let walls = (0..4).map(|i| planwalk_types::Wall { from: at(i), to: at(i + 1) }).collect();
-    let office = Building::generate(&BuildingOptions::default(), Seed(1)).unwrap();
+    let mut building = Building::generate(&BuildingOptions::default(), Seed(1)).unwrap();
     let (low, high) = (Pt2::new(at(0).x - 1.0, at(0).y - 1.0), Pt2::new(at(2).x + 1.0, at(2).y + 1.0));
-    let room = planwalk_sim::Room { kind: RoomKind::Hall, low, high };
-    Building { walls, doors: Vec::new(), rooms: vec![room], ..office }
+    building.rooms = vec![planwalk_sim::Room::rectangle(RoomKind::Hall, low, high)];
+    (building.walls, building.doors) = (walls, Vec::new());
+    building
 }
 
 #[test]
