@@ -233,8 +233,12 @@ fn check_world(plan: &FloorPlan, building: &Building) {
     let reach = (2.1 * plan.cell_m().max(0.05) / plan.cell_m()).ceil() as i32;
     for wall in &building.walls {
         for p in along(wall) {
-            let at = |dx: i32, dy: i32| plan.at(Pt2::new(p.x + f64::from(dx) * plan.cell_m(), p.y + f64::from(dy) * plan.cell_m()));
-            let any = |is: fn(Cell) -> bool| (-reach..=reach).any(|dy| (-reach..=reach).any(|dx| is(at(dx, dy))));
+            // Every half cell, so that none is passed over, and a little off the borders, on which surfaces lie.
+            let off = |d: i32| (0.5 * f64::from(d) + 0.01) * plan.cell_m();
+            let any = |is: fn(Cell) -> bool| {
+                let steps = || -2 * reach..=2 * reach;
+                steps().any(|dy| steps().any(|dx| is(plan.at(Pt2::new(p.x + off(dx), p.y + off(dy))))))
+            };
             assert!(any(|c| c == Cell::Wall), "the surface at {p:?} is far from the plan's walls");
             assert!(any(|c| c != Cell::Wall), "the surface at {p:?} is inside of the plan's walls");
         }
