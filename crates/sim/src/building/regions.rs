@@ -6,6 +6,8 @@ use std::collections::VecDeque;
 const MIDDLE_M: f64 = 0.65;
 /// A smaller middle makes no room of its own, m².
 const LEAST_M2: f64 = 0.6;
+/// Narrow floor that nothing reaches is a room from here on, m²: niches between the piers of an outer wall are outdoors.
+const LEAST_NARROW_M2: f64 = 2.5;
 /// No region.
 pub(super) const NONE: u16 = u16::MAX;
 
@@ -58,11 +60,11 @@ pub(super) fn distance_to(set: impl Fn(usize) -> bool, width: usize, height: usi
 /// The region of each cell of floor, [`NONE`] elsewhere, and the number of regions. `clear` is the distance to what is no floor.
 pub(super) fn split(floor: &[bool], clear: &[f32], width: usize, cell_m: f64) -> (Vec<u16>, usize) {
     let mut labels = vec![NONE; floor.len()];
-    let least = (LEAST_M2 / (cell_m * cell_m)).ceil() as usize;
+    let cells = |m2: f64| (m2 / (cell_m * cell_m)).ceil() as usize;
     let mut count = 0;
     let middle = (MIDDLE_M / cell_m) as f32;
     let mut queue = VecDeque::new();
-    grow_components(&mut labels, width, least, &mut count, |i| floor[i] && clear[i] >= middle);
+    grow_components(&mut labels, width, cells(LEAST_M2), &mut count, |i| floor[i] && clear[i] >= middle);
     queue.extend((0..floor.len()).filter(|i| labels[*i] != NONE));
     // All middles grow at the same pace.
     while let Some(i) = queue.pop_front() {
@@ -74,7 +76,7 @@ pub(super) fn split(floor: &[bool], clear: &[f32], width: usize, cell_m: f64) ->
         }
     }
     // Narrow floor that no middle reaches.
-    grow_components(&mut labels, width, least, &mut count, |i| floor[i]);
+    grow_components(&mut labels, width, cells(LEAST_NARROW_M2), &mut count, |i| floor[i]);
     (labels, count)
 }
 
