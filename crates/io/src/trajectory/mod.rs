@@ -191,6 +191,14 @@ pub enum PosesError {
         /// The stamp before.
         before_s: f64,
     },
+    /// Times that are not those of the poses.
+    #[error("{times} times were given for {poses} poses: each pose needs one")]
+    TimesMismatch {
+        /// Times there are.
+        times: usize,
+        /// Poses there are.
+        poses: usize,
+    },
     /// A log whose clock does not run.
     #[error(
         "{dropped} of {total} lines have stamps that are repeated or go back: this log's clock is of no use; is there another version?"
@@ -219,14 +227,18 @@ struct RawPose {
 /// # Errors
 /// [`PosesError`], with the line.
 pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError> {
-    read_with_times(path, options, times_beside(path).as_deref())
+    read_timed(path, options, &rows::Times::beside(path))
 }
 
-/// As [`read`], but KITTI poses take their times from this file (a time in seconds a line), or are 10 Hz where there is none.
+/// As [`read`], but KITTI poses take their times from this file: a time in seconds a line, as many as there are poses.
 ///
 /// # Errors
-/// [`PosesError`], with the line.
-pub fn read_with_times(path: &Path, options: &PosesOptions, times: Option<&Path>) -> Result<PosesFile, PosesError> {
+/// [`PosesError`], with the line; [`PosesError::TimesMismatch`].
+pub fn read_with_times(path: &Path, options: &PosesOptions, times: &Path) -> Result<PosesFile, PosesError> {
+    read_timed(path, options, &rows::Times::Given(times.to_owned()))
+}
+
+fn read_timed(path: &Path, options: &PosesOptions, times: &rows::Times) -> Result<PosesFile, PosesError> {
     let text = text::read(path)?;
     let format = match options.format {
         Some(format) => format,
