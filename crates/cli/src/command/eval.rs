@@ -1,6 +1,6 @@
 //! `planwalk eval`: how far is it from the truth, and was its doubt honest?
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use nalgebra::{Matrix3, Vector3};
@@ -100,11 +100,13 @@ fn read_truth(args: &EvalArgs) -> Result<PosesFile, Failure> {
         let why = why.to_string().replace("--poses-format", "--truth-format").replace("--poses-frame", "--truth-frame");
         Failure::input("the truth", why, &args.truth)
     };
-    trajectory::read_with_times(&args.truth, &options, times_of_truth(args).as_deref()).map_err(refused)
-}
-
-fn times_of_truth(args: &EvalArgs) -> Option<PathBuf> {
-    args.truth_times.clone().or_else(|| trajectory::times_beside(&args.truth))
+    let Some(times) = &args.truth_times else { return trajectory::read(&args.truth, &options).map_err(refused) };
+    std::fs::metadata(times).map_err(|why| Failure::input("the times", why, times))?;
+    let truth = trajectory::read_with_times(&args.truth, &options, times).map_err(refused)?;
+    if truth.format != PosesFormat::Kitti {
+        return Err(Failure::usage("--truth-times is for KITTI poses; this truth carries its own times"));
+    }
+    Ok(truth)
 }
 
 /// What `locate` or `track` left in their folder.
@@ -161,14 +163,13 @@ fn read_odometry(path: &Path, result: Option<&ResultFile>) -> Result<Odometry, F
 fn of_file(args: &EvalArgs, notes: &mut Vec<String>) -> Result<Answer, Failure> {
     let path = &args.result;
     let options = PosesOptions { format: args.poses_format, frame: args.poses_frame, fps: None };
-    let read = |times: Option<&Path>| {
-        trajectory::read_with_times(path, &options, times).map_err(|why| Failure::input("the trajectory", why, path))
-    };
-    let mut poses = read(trajectory::times_beside(path).as_deref())?;
-    let times = times_of_truth(args);
-    if poses.format == PosesFormat::Kitti && times.is_some() {
+    let refused = |why| Failure::input("the trajectory", why, path);
+    let mut poses = trajectory::read(path, &options).map_err(refused)?;
+    let own = trajectory::times_beside(path).filter(|_| args.truth_times.is_none());
+    let times = args.truth_times.clone().or_else(|| trajectory::times_beside(&args.truth));
+    if let (PosesFormat::Kitti, None, Some(times)) = (poses.format, own, times) {
         // KITTI's estimates are written without times: they are those of the truth.
-        poses = read(times.as_deref())?;
+        poses = trajectory::read_with_times(path, &options, &times).map_err(refused)?;
     }
     notes.append(&mut poses.notes);
     let track = args.align.map(Alignment::from) == Some(Alignment::None);
@@ -272,7 +273,7 @@ fn draw(
     }
     if let (Some(aligned), Some(scores)) = (aligned, &evaluation.odometry) {
         let share = scores.ate_percent.map_or_else(String::new, |p| format!(" = {p:.2} % of {:.1} m", scores.length_m));
-        let subtitle = format!("{} alignment: ATE {:.3} m{share}", scores.alignment, scores.ate_m.rmse);
+        let subtitle = format!("{}: ATE {:.3} m{share}", words::alignment(scores.alignment), scores.ate_m.rmse);
         picture("eval-odometry", &OverlayPicture { title: &name, subtitle: &subtitle, pairs: &aligned.pairs }.svg())?;
     }
     Ok(())

@@ -124,6 +124,23 @@ fn kitti_files_take_the_truths_times_and_agree_with_evo() {
 }
 
 #[test]
+fn times_given_for_kitti_poses_must_be_theirs() {
+    let dir = folder();
+    let lines = |scale: f64| (0..30).map(|i| format!("1 0 0 {} 0 1 0 0 0 0 1 {i}\n", scale * f64::from(i * i))).collect::<String>();
+    let (truth, answer) = (file(dir.path(), "00.txt", &lines(0.01)), file(dir.path(), "mine.txt", &lines(0.0101)));
+    let times = |count: usize| (0..count).map(|i| format!("{:.3}\n", 5.0 + 0.2 * i as f64)).collect::<String>();
+    let (right, wrong) = (file(dir.path(), "thirty.txt", &times(30)), file(dir.path(), "seven.txt", &times(7)));
+    eval(&answer, &truth).args(["--align", "se2", "--quiet", "--truth-times"]).arg(&right).assert().success();
+    let odometry = scores(dir.path()).odometry.unwrap();
+    assert!((odometry.duration_s - 5.8).abs() < 1e-9 && odometry.compared == 30, "{odometry:?}");
+    assert!(failure(eval(&answer, &truth).arg("--truth-times").arg(&wrong), 4).contains("7 times were given for 30 poses"));
+    let said = failure(eval(&answer, &truth).arg("--truth-times").arg(dir.path().join("no-times.txt")), 4);
+    assert!(said.contains("no-times.txt"), "{said}");
+    let (tum, _) = truth_and_answer(dir.path());
+    assert!(failure(eval(&answer, &tum).arg("--truth-times").arg(&right), 2).contains("KITTI"));
+}
+
+#[test]
 fn truths_that_do_not_fit_say_why() {
     let dir = folder();
     let (truth, answer) = truth_and_answer(dir.path());

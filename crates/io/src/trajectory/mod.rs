@@ -198,6 +198,14 @@ pub enum PosesError {
         /// The stamp before.
         before_s: f64,
     },
+    /// Times that are not those of the poses.
+    #[error("{times} times were given for {poses} poses: each pose needs one")]
+    TimesMismatch {
+        /// Times there are.
+        times: usize,
+        /// Poses there are.
+        poses: usize,
+    },
     /// A log whose clock does not run.
     #[error(
         "{dropped} of {total} lines have stamps that are repeated or go back: this log's clock is of no use; is there another version?"
@@ -226,15 +234,18 @@ struct RawPose {
 /// # Errors
 /// [`PosesError`], with the line.
 pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError> {
-    read_with_times(path, options, times_beside(path).as_deref())
+    read_timed(path, options, &rows::Times::beside(path))
 }
 
-/// As [`read`], but KITTI poses take their times from this file (a time in seconds a line), or are 10 Hz where there is none.
+/// As [`read`], but KITTI poses take their times from this file: a time in seconds a line, as many as there are poses.
 ///
 /// # Errors
-/// [`PosesError`], with the line.
-pub fn read_with_times(path: &Path, options: &PosesOptions, times: Option<&Path>) -> Result<PosesFile, PosesError> {
-    let mut notes = Vec::new();
+/// [`PosesError`], with the line; [`PosesError::TimesMismatch`].
+pub fn read_with_times(path: &Path, options: &PosesOptions, times: &Path) -> Result<PosesFile, PosesError> {
+    read_timed(path, options, &rows::Times::Given(times.to_owned()))
+}
+
+fn read_timed(path: &Path, options: &PosesOptions, times: &rows::Times) -> Result<PosesFile, PosesError> {
     let in_folder = path.is_dir();
     let text = if in_folder { String::new() } else { text::read(path)? };
     let format = match options.format {
@@ -242,6 +253,7 @@ pub fn read_with_times(path: &Path, options: &PosesOptions, times: Option<&Path>
         Some(format) => format,
         None => detect::format_of(&text)?,
     };
+    let mut notes = Vec::new();
     let mut faces = true;
     let poses = match format {
         PosesFormat::Matrices => folder::read(path, options.fps, &mut notes)?,

@@ -50,7 +50,7 @@ pub(super) fn euroc(text: &str) -> Result<Vec<RawPose>, PosesError> {
 }
 
 /// Twelve numbers a line; a thirteenth in front is the frame's number, or its nanoseconds.
-pub(super) fn kitti(text: &str, times: Option<&Path>, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
+pub(super) fn kitti(text: &str, times: &Times, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
     let mut poses = Vec::new();
     let mut numbered = true;
     for (line, row) in text::data_lines(text) {
@@ -90,16 +90,37 @@ fn frame_or_ns(line: usize, head: &str) -> Result<Stamp, PosesError> {
     head.parse().map(Stamp).map_err(|_| PosesError::BadStamp { line, value: head.to_owned(), unit: "whole nanoseconds" })
 }
 
+/// Where KITTI's times are.
+pub(super) enum Times {
+    /// In this file, for sure.
+    Given(PathBuf),
+    /// In this file, if it fits.
+    Beside(PathBuf),
+    /// Nowhere.
+    None,
+}
+
+impl Times {
+    /// Those found beside the poses.
+    pub(super) fn beside(poses: &Path) -> Self {
+        times_beside(poses).map_or(Self::None, Self::Beside)
+    }
+}
+
 /// Takes times from a file, where there is one that fits.
-fn take_times(poses: &mut [RawPose], times: Option<&Path>, notes: &mut Vec<String>) -> Result<(), PosesError> {
+fn take_times(poses: &mut [RawPose], from: &Times, notes: &mut Vec<String>) -> Result<(), PosesError> {
     let assumed = format!("KITTI poses carry no time: {KITTI_HZ} Hz is assumed");
-    let Some(file) = times else {
+    let (Times::Given(file) | Times::Beside(file)) = from else {
         notes.push(format!("{assumed} (a file times.txt beside it would be used)"));
         return Ok(());
     };
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let text = text::read(file)?;
     let times: Vec<(usize, &str)> = text::data_lines(&text).collect();
+    let given = matches!(from, Times::Given(_));
+    if times.len() != poses.len() && given {
+        return Err(PosesError::TimesMismatch { times: times.len(), poses: poses.len() });
+    }
     if times.len() != poses.len() {
         notes.push(format!("{name} has {} times for {} poses and is not used; {assumed}", times.len(), poses.len()));
         return Ok(());

@@ -1,7 +1,7 @@
 //! How far is it from the truth? Scores of odometry and of tracks on the plan, and whether what was claimed held.
 //!
-//! estimate + truth ──[`associate`] by time──▶ pairs ──┬─[`mod@align`]──▶ [`odometry::score`]: ATE, RPE, drift (the odometry's frame is its own)
-//!                                                  └──▶ [`curves`] ──▶ [`place::score`]: errors, recall, calibration (the plan is the frame)
+//! estimate + truth ──[`associate()`] by time──▶ pairs ──┬─[`align()`]──▶ [`odometry::score`]: ATE, RPE, drift (the odometry's frame is its own)
+//!                                                  └──▶ [`curves()`] ──▶ [`place::score`]: errors, recall, calibration (the plan is the frame)
 //!
 //! Everything is pure: poses in, numbers out. Pitfalls: two files may run on two clocks ([`EvaluateError::NoOverlap`]), and a
 //! truth clicked once a second is far from most frames ([`AssociateOptions::max_gap_s`]).

@@ -166,7 +166,7 @@ const REGIONS: [f64; 3] = [0.5, 0.9, 0.95];
 /// Scores a walk found on a plan; `filter` may be empty. [`PlaceScores::hypotheses`] is left to [`hypotheses`].
 ///
 /// # Errors
-/// As [`curves`].
+/// As [`curves()`].
 pub fn score(
     track: &[Estimate],
     filter: &[Estimate],

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::curves::Curves;
 use super::place::{AnswerScores, Convergence};
-use super::{Evaluation, OdometryScores, PlaceScores};
+use super::{Alignment, Evaluation, OdometryScores, PlaceScores};
 use crate::words::percent;
 
 /// The scores as a few aligned lines for a terminal.
@@ -71,8 +71,11 @@ fn odometry_text(out: &mut String, s: &OdometryScores) {
     let posed = percent(s.posed_share);
     let _ = writeln!(
         out,
-        "odometry, {} alignment: {} poses, {:.1} s, {:.1} m, {posed} of the time posed",
-        s.alignment, s.compared, s.duration_s, s.length_m
+        "odometry, {}: {} poses, {:.1} s, {:.1} m, {posed} of the time posed",
+        alignment(s.alignment),
+        s.compared,
+        s.duration_s,
+        s.length_m
     );
     let share = s.ate_percent.map_or_else(String::new, |p| format!(" = {p:.2} % of the path"));
     let _ = writeln!(out, "  ATE RMS {:.3} m{share}; median {:.3} m, largest {:.3} m", s.ate_m.rmse, s.ate_m.median, s.ate_m.max);
@@ -91,6 +94,11 @@ fn odometry_text(out: &mut String, s: &OdometryScores) {
         let (percent, deg) = (drift.translation_percent, drift.rotation_deg_per_m);
         let _ = writeln!(out, "  drift over {:>3.0} m: {percent:.2} %, {deg:.3}°/m", drift.length_m);
     }
+}
+
+/// What was free, e.g. `sim3 alignment`.
+pub fn alignment(alignment: Alignment) -> String {
+    if alignment == Alignment::None { "not aligned".to_owned() } else { format!("{alignment} alignment") }
 }
 
 fn metres(value: f64) -> String {

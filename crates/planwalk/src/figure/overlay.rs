@@ -20,7 +20,7 @@ pub struct OverlayPicture<'a> {
 }
 
 const LEFT_PX: f64 = 76.0;
-const TOP_PX: f64 = 86.0;
+const TOP_PX: f64 = 100.0;
 /// Lines between estimate and truth along the whole walk; more would be a comb.
 const RUNGS: usize = 60;
 
