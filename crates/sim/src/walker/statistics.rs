@@ -112,12 +112,17 @@ fn above_drift(heights: &[f64]) -> Vec<f64> {
 }
 
 /// The strongest frequency between 1 and 3 Hz and how much of that band's power lies near it: windowed (Hann) Fourier sums over
-/// pieces of a minute, powers added (Welch 1967, without overlap).
+/// pieces of a minute, added (Welch 1967, without overlap) after each is scaled to the same power: a jump of an estimated path is
+/// one minute's matter.
 fn rhythm(values: &[f64]) -> (f64, f64) {
     let piece = values.len().clamp(2, 60 * RATE_HZ as usize);
-    let power = |hertz: f64| values.chunks_exact(piece).map(|values| power(values, hertz)).sum::<f64>();
     let fine_hz = (RATE_HZ / piece as f64).min(0.02);
-    let lines: Vec<(f64, f64)> = (0..(2.0 / fine_hz) as usize).map(|i| 1.0 + fine_hz * i as f64).map(|f| (f, power(f))).collect();
+    let mut lines: Vec<(f64, f64)> = (0..(2.0 / fine_hz) as usize).map(|i| (1.0 + fine_hz * i as f64, 0.0)).collect();
+    for values in values.chunks_exact(piece) {
+        let powers: Vec<f64> = lines.iter().map(|(hertz, _)| power(values, *hertz)).collect();
+        let all = powers.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        lines.iter_mut().zip(powers).for_each(|(line, power)| line.1 += power / all);
+    }
     let total: f64 = lines.iter().map(|(_, p)| p).sum();
     let near = |hertz: f64, reach: f64| lines.iter().filter(|(f, _)| (f - hertz).abs() <= reach).map(|(_, p)| p).sum::<f64>();
     // One line is an accident of the piece; a tenth of a hertz of them is a rhythm.
