@@ -1,6 +1,6 @@
 //! What films the walk? Lens, size, shutter and exposure of a phone.
 //!
-//! options ─▶ [`planwalk_types::Camera`] (rays of pixels) + [`Shutter`] (when each pixel is seen)
+//! options ─▶ [`planwalk_types::Camera`] (rays of pixels) + shutter (when each pixel is seen)
 //!
 //! A **rolling shutter** sees one line of the picture after the other. A frame's stamp is the moment of its *middle* line, at the
 //! middle of its exposure, so truth at the stamp is right to half a readout everywhere and errs to neither side. In a **portrait**

@@ -241,7 +241,9 @@ impl<'a> View<'a> {
         let d = self.turned(ray);
         let bin = bin(d);
         let (t, index, from_behind) = self.nearest_face(d, bin);
-        if let Some(limb) = self.stage.cast.meet(bin, d, t) {
+        // Nobody is seen through the floor.
+        let limit = if d[2] < 0.0 { t.min(-self.eye[2] / d[2]) } else { t };
+        if let Some(limb) = self.stage.cast.meet(bin, d, limit) {
             return (self.skin(&limb, d, grain), limb.surface);
         }
         if t == f64::INFINITY {

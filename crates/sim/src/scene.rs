@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::building::{Building, BuildingOptions};
 use crate::camera::CameraOptions;
-use crate::error::{SimError, in_range};
+use crate::error::SimError;
 use crate::exposure::{self, Exposure};
 use crate::film::{self, Shot};
 use crate::look::Look;
@@ -132,7 +132,6 @@ impl Scene {
     /// # Errors
     /// As [`Scene::new`], but that there is a walk.
     pub fn along(building: Building, mut walk: Walk, options: &SceneOptions) -> Result<Self, SimError> {
-        in_range("the duration of the given walk in seconds", walk.duration_s(), 0.0, 36_000.0)?;
         let (plan, camera) = check(&building, options)?;
         let world = World::new(&building, &options.look, options.seed);
         walk.count_doors(&building);

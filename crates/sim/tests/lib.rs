@@ -7,8 +7,8 @@ mod walk;
 use std::sync::LazyLock;
 
 use planwalk_sim::{
-    Building, BuildingOptions, CLEARANCE_M, CameraOptions, Lens, Look, OdometryNoise, RoomKind, Scene, SceneOptions, SimError, WalkOptions,
-    simulate_odometry,
+    Building, BuildingOptions, CLEARANCE_M, CameraOptions, Lens, Look, OdometryNoise, People, RoomKind, Scene, SceneOptions, SimError,
+    WalkOptions, simulate_odometry,
 };
 use planwalk_types::{Camera, Cell, GrayImage, Pt2, Seed, Stamp, wrap_angle};
 
@@ -32,6 +32,17 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     };
     let (one, two, three) = (film(1), film(2), film(3));
     assert!(one == two && two == three);
+    // With everything on: shutter, blur, exposure, habits and people.
+    let all = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let camera = CameraOptions { width: 120, height: 90, ..CameraOptions::phone() };
+            let options = SceneOptions { camera, walk: WalkOptions::lively(), people: People::filling(0.2), ..small(3) };
+            let scene = Scene::with_options(&options).unwrap();
+            [100, 500, 900].map(|i| scene.frame(i).image)
+        })
+    };
+    assert!(all(1) == all(3));
     let other = Scene::with_options(&small(4)).unwrap();
     assert!(other.frame(100).image != one[1], "another seed films another building");
 }

@@ -158,6 +158,8 @@ enum Course {
     Given(Along),
 }
 
+/// Longest walk that can be given, seconds: stamps in another unit than is meant would ask for years of video.
+const LONGEST_S: f64 = 36_000.0;
 /// Routes tried before giving up. One in two is good enough, so 60 fail about once in 10¹⁸ where there is a way at all.
 const TRIES: usize = 60;
 /// Possible walks from which the one that tells most is taken.
@@ -211,9 +213,11 @@ impl Walk {
     /// and the frame rate is the camera's. Whether the path leads through walls is not checked.
     ///
     /// # Errors
-    /// [`SimError::Path`] for fewer than two poses, stamps that do not increase, or numbers that are not finite.
+    /// [`SimError::Path`] for fewer than two poses, stamps that do not increase, or numbers that are not finite; [`SimError::Option`]
+    /// for a walk of more than ten hours.
     pub fn along(plan_from_sensor: &[(Stamp, Rigid3<Plan, Cam>)], mount: UnitQuaternion<f64>) -> Result<Self, SimError> {
         let along = Along::new(plan_from_sensor, mount)?;
+        in_range("the duration of the given walk in seconds", along.duration_s(), 0.0, LONGEST_S)?;
         let mut walk = Self { duration_s: along.duration_s(), course: Course::Given(along), doors_passed: 0, turns: 0 };
         walk.turns = turns(&walk.floor_line());
         Ok(walk)

@@ -47,11 +47,11 @@ pub struct WalkStatistics {
     pub look_around_deg: f64,
 }
 
-/// Measures a path. `None` for what is no path ([`super::Walk::along`] says why) or lasts under three seconds.
+/// Measures a path. `None` for what is no path ([`super::Walk::along`] says why) or lasts under three seconds or over a day.
 pub fn walk_statistics(poses: &[(Stamp, Rigid3<Plan, Cam>)]) -> Option<WalkStatistics> {
     let along = Along::new(poses, UnitQuaternion::identity()).ok()?;
     let duration_s = along.duration_s();
-    if duration_s < 3.0 {
+    if !(3.0..=86_400.0).contains(&duration_s) {
         return None;
     }
     let count = (duration_s * RATE_HZ).floor() as usize;
@@ -111,26 +111,36 @@ fn above_drift(heights: &[f64]) -> Vec<f64> {
     heights.windows(31).map(|w| w[15] - mean(w)).collect()
 }
 
-/// The strongest frequency between 1 and 3 Hz and how much of that band's power lies near it; windowed (Hann) Fourier sums.
+/// The strongest frequency between 1 and 3 Hz and how much of that band's power lies near it: windowed (Hann) Fourier sums over
+/// pieces of a minute, added (Welch 1967, without overlap) after each is scaled to the same power: a jump of an estimated path is
+/// one minute's matter.
 fn rhythm(values: &[f64]) -> (f64, f64) {
-    let n = values.len().max(2) as f64;
-    let power = |hertz: f64| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (i, value) in values.iter().enumerate() {
-            let window = 0.5 - 0.5 * libm::cos(TAU * i as f64 / (n - 1.0));
-            let (s, c) = libm::sincos(TAU * hertz * i as f64 / RATE_HZ);
-            re += window * value * c;
-            im += window * value * s;
-        }
-        re * re + im * im
-    };
-    // Finer than a minute's resolution would only pick one of its many lines: powers are summed over 0.1 Hz.
-    let fine = (1.0 / (n / RATE_HZ)).min(0.02);
-    let lines: Vec<(f64, f64)> = (0..(2.0 / fine) as usize).map(|i| 1.0 + fine * i as f64).map(|f| (f, power(f))).collect();
+    let piece = values.len().clamp(2, 60 * RATE_HZ as usize);
+    let fine_hz = (RATE_HZ / piece as f64).min(0.02);
+    let mut lines: Vec<(f64, f64)> = (0..(2.0 / fine_hz) as usize).map(|i| (1.0 + fine_hz * i as f64, 0.0)).collect();
+    for values in values.chunks_exact(piece) {
+        let powers: Vec<f64> = lines.iter().map(|(hertz, _)| power(values, *hertz)).collect();
+        let all = powers.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        lines.iter_mut().zip(powers).for_each(|(line, power)| line.1 += power / all);
+    }
     let total: f64 = lines.iter().map(|(_, p)| p).sum();
     let near = |hertz: f64, reach: f64| lines.iter().filter(|(f, _)| (f - hertz).abs() <= reach).map(|(_, p)| p).sum::<f64>();
+    // One line is an accident of the piece; a tenth of a hertz of them is a rhythm.
     let peak = (0..=40).map(|i| 1.0 + 0.05 * f64::from(i)).max_by(|a, b| near(*a, 0.05).total_cmp(&near(*b, 0.05))).unwrap_or(0.0);
     (peak, if total > 0.0 { near(peak, 0.15) / total } else { 0.0 })
+}
+
+/// Power of one frequency in a piece.
+fn power(values: &[f64], hertz: f64) -> f64 {
+    let n = values.len() as f64;
+    let (mut re, mut im) = (0.0, 0.0);
+    for (i, value) in values.iter().enumerate() {
+        let window = 0.5 - 0.5 * libm::cos(TAU * i as f64 / (n - 1.0));
+        let (s, c) = libm::sincos(TAU * hertz * i as f64 / RATE_HZ);
+        re += window * value * c;
+        im += window * value * s;
+    }
+    re * re + im * im
 }
 
 fn sorted(mut values: Vec<f64>) -> Vec<f64> {

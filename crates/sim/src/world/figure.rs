@@ -5,7 +5,7 @@
 //! for an eye, and sorted into the renderer's bins of direction, so that a ray is tested against the few limbs of its bin.
 
 use crate::render::{BINS, LIMB, Surface, diamond};
-use crate::texture::{Spot, band, cell, hash, lines, mosaic, noise};
+use crate::texture::cell;
 
 /// Angle of the legs' swing at 1.2 m/s, radians: steps of about 0.7 m.
 const SWING_RAD: f64 = 0.42;
@@ -30,7 +30,7 @@ pub(crate) struct Body {
 
 /// What a limb is covered with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Cover {
+pub(super) enum Cover {
     Skin,
     Head,
     Trunk,
@@ -94,12 +94,12 @@ pub(crate) struct Met {
     pub normal: [f64; 3],
     pub surface: Surface,
     /// The same normal in the figure's own axes.
-    own: [f64; 3],
+    pub(super) own: [f64; 3],
     /// Around the limb and along it, metres; on the trunk across and up.
-    u: f64,
-    v: f64,
-    cover: Cover,
-    seed: u32,
+    pub(super) u: f64,
+    pub(super) v: f64,
+    pub(super) cover: Cover,
+    pub(super) seed: u32,
 }
 
 /// Everybody who can be seen from one place at one moment.
@@ -334,7 +334,8 @@ fn pose(body: &Body, posture: &Posture) -> Vec<Limb> {
         let ankle = below(knee, leg.shin_rad, 0.246 * h);
         limbs.push(limb(hip, knee, 0.045 * stout, 1.0, Cover::Trousers));
         limbs.push(limb(knee, ankle, 0.033, 1.0, Cover::Trousers));
-        let (heel, toe) = (below(ankle, 0.0, 0.01 * h), below(below(ankle, 0.0, 0.01 * h), leg.shin_rad + 1.45, 0.1 * h));
+        let (heel, toe) =
+            (below(ankle, 0.0, 0.01 * h), below(below(ankle, 0.0, 0.01 * h), std::f64::consts::FRAC_PI_2 + 0.6 * leg.shin_rad, 0.1 * h));
         limbs.push(limb(heel, toe, 0.026, 1.0, Cover::Shoe));
     }
     limbs
@@ -358,75 +359,6 @@ impl Leg {
 fn below(from: [f64; 3], forward_rad: f64, length: f64) -> [f64; 3] {
     let (s, c) = libm::sincos(forward_rad);
     [from[0] + length * s, from[1], from[2] - length * c]
-}
-
-impl Met {
-    /// Brightness of the cloth in full light, averaged over a pixel that is `footprint` metres wide there; lit from above.
-    pub fn brightness(&self, footprint: f32) -> f32 {
-        // The trunk is made of several capsules, but a shirt hangs over all of them alike.
-        let relief = if self.cover == Cover::Trunk { 0.05 } else { 0.20 };
-        let shade = 0.76 + relief * self.own[2] as f32 + 0.05 * self.normal[0] as f32 + 0.03 * self.normal[1] as f32;
-        self.cloth(footprint) * shade
-    }
-
-    fn cloth(&self, f: f32) -> f32 {
-        let (u, v, seed) = (self.u as f32, self.v as f32, self.seed);
-        let spot = Spot { u, v, fu: f, fv: f };
-        let tone = |key: i32| cell(key, 0, seed);
-        let skin = 0.42 + 0.32 * tone(1);
-        // Cloth folds: soft, along the limb.
-        let folds = 0.07 * noise(u * 9.0, v * 4.0, 9.0 * f, seed ^ 5) + 0.04 * noise(u * 30.0, v * 14.0, 30.0 * f, seed ^ 6);
-        match self.cover {
-            Cover::Skin => skin + 0.02 * noise(u * 40.0, v * 40.0, 40.0 * f, seed),
-            Cover::Head => self.head(skin, f),
-            Cover::Trunk | Cover::Sleeve => self.shirt(spot, tone(2), tone(3)) * (1.0 + 1.6 * folds),
-            Cover::Trousers => {
-                (0.10 + 0.38 * tone(4) * tone(4)) * (1.0 + 2.2 * folds) + 0.02 * noise(u * 90.0, v * 90.0, 90.0 * f, seed ^ 7)
-            }
-            Cover::Shoe => 0.08 + 0.6 * tone(5) * tone(5) * tone(5),
-            Cover::Bag => {
-                let seam = lines(v / 0.16, 0.08, f / 0.16);
-                let bag = 0.12 + 0.5 * tone(6) + folds;
-                bag + seam * (0.08 - bag)
-            }
-        }
-    }
-
-    /// Plain, striped, checked or printed.
-    fn shirt(&self, spot: Spot, tone: f32, other: f32) -> f32 {
-        let base = 0.10 + 0.75 * tone;
-        let ink = if base > 0.5 { 0.06 + 0.3 * other } else { 0.55 + 0.4 * other };
-        match hash(11, 3, self.seed) % 5 {
-            0 => base + lines(spot.v / 0.06, 0.45, spot.fv / 0.06) * (ink - base),
-            1 => {
-                let check = 0.5 * (lines(spot.v / 0.07, 0.5, spot.fv / 0.07) + lines(spot.u / 0.07, 0.5, spot.fu / 0.07));
-                base + check * (ink - base)
-            }
-            2 => {
-                // A print on the chest and one on the back.
-                let print = mosaic(spot.scaled(0.0, 0.0, 0.022, 0.03), self.seed ^ 9);
-                let on_trunk = if self.cover == Cover::Trunk { 1.0 } else { 0.0 };
-                let share = on_trunk * band(spot.v, 1.10, 1.32, spot.fv) * band(spot.u, -0.12, 0.12, spot.fu);
-                base + share * (print - 0.3).clamp(0.0, 0.7) / 0.7 * (ink - base)
-            }
-            _ => base,
-        }
-    }
-
-    /// Hair above and behind, a face in front.
-    fn head(&self, skin: f32, f: f32) -> f32 {
-        let [x, y, z] = self.own.map(|v| v as f32);
-        let (hair, soft) = (0.05 + 0.5 * cell(10, 0, self.seed) * cell(10, 0, self.seed), (f / 0.08).max(0.12));
-        // Higher in front than behind.
-        let line = z - 0.75 * x + 0.1;
-        let share = (line / soft + 0.5).clamp(0.0, 1.0);
-        let height = self.v as f32 + 0.08 * z;
-        let eyes = band(y.abs(), 0.22, 0.5, soft) * band(height, 0.035, 0.055, f)
-            + band(y.abs(), -1.0, 0.3, soft) * band(height, -0.045, -0.033, f);
-        let face = skin * (1.0 - 0.55 * eyes * (2.0 * x - 1.0).clamp(0.0, 1.0));
-        let strands = hair * (1.0 + 0.5 * noise(y * 9.0, z * 3.0 + 5.0, 9.0 * f / 0.08, self.seed ^ 3));
-        face + share * (strands - face)
-    }
 }
 
 #[cfg(test)]

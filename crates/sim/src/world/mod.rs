@@ -4,6 +4,7 @@
 //! Its [`Face`]s are all that a ray of light can meet from the side. Its top or bottom needs no face of its own: a ray that
 //! meets a face from *behind* must have come in through one of them.
 
+mod cloth;
 mod decor;
 mod figure;
 mod furniture;
