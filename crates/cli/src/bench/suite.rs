@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 
 use planwalk::evaluate::Alignment;
-use planwalk::types::OdometryScale;
-use planwalk_sim::{OdometryNoise, SceneOptions};
+use planwalk::types::{OdometryScale, Seed};
+use planwalk_sim::{OdometryNoise, SceneOptions, WalkOptions};
 use serde::Deserialize;
 
 use crate::args::odometry_scale;
@@ -119,9 +119,22 @@ pub struct Simulate {
     /// Poses a second of simulated odometry.
     #[serde(default = "five")]
     pub odometry_hz: f64,
+    /// Whether the walker has every habit that real ones have ([`WalkOptions::lively`]); of `scene.walk` only the duration then
+    /// counts.
+    #[serde(default)]
+    pub lively: bool,
     /// Building, walker, camera.
     #[serde(default)]
     pub scene: SceneOptions,
+}
+
+impl Simulate {
+    /// The scene with this seed.
+    pub fn scene(&self, seed: Seed) -> SceneOptions {
+        let walk =
+            if self.lively { WalkOptions { duration_s: self.scene.walk.duration_s, ..WalkOptions::lively() } } else { self.scene.walk };
+        SceneOptions { seed, walk, ..self.scene.clone() }
+    }
 }
 
 fn five() -> f64 {

@@ -15,7 +15,7 @@ use planwalk::{Walk, tables};
 use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
 use planwalk_io::video::VideoOptions;
-use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions, Scene, SceneOptions};
+use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions, Scene};
 
 use super::suite::{Case, Job, Simulate};
 
@@ -203,7 +203,7 @@ fn scene(simulate: &Simulate, family: Seed, walk: u64) -> Result<Scene, String> 
         let seed = family.child("walk", walk).child("attempt", attempt);
         // The building is the family's; only where it has no walk at all is it another one.
         let building = Building::generate(&simulate.scene.building, family.child("building", attempt / 2));
-        let options = SceneOptions { seed, ..simulate.scene.clone() };
+        let options = simulate.scene(seed);
         match building.and_then(|building| Scene::new(building, &options)) {
             Ok(scene) => return Ok(scene),
             Err(why) => refused = why.to_string(),
