@@ -9,6 +9,7 @@ mod failure;
 mod inputs;
 mod output;
 mod say;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
         Command::Locate(args) => command::locate::run(args),
         Command::Place(args) => command::place::run(args),
         Command::Eval(args) => command::eval::run(args),
+        Command::Sim(args) => command::sim::run(args),
         Command::Bench(args) => command::bench::run(args),
     };
     match outcome {

@@ -10,14 +10,15 @@ use planwalk::evaluate::{self, Alignment, AssociateOptions, OdometryScoreOptions
 use planwalk::locate::StartPrior;
 use planwalk::odometry::{Odometry, OdometryOptions};
 use planwalk::types::path::StepNoise;
-use planwalk::types::{Body, Cam, Estimate, FloorPlan, OdometryScale, Plan, PlanPose, Rigid3, Seed, Stamp, Status, VideoFrame};
+use planwalk::types::{Body, Estimate, FloorPlan, OdometryScale, Plan, PlanPose, Rigid3, Seed, Stamp, Status, VideoFrame};
 use planwalk::{Walk, tables};
 use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
 use planwalk_io::video::VideoOptions;
-use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions, Scene};
+use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions};
 
 use super::suite::{Case, Job, Simulate};
+use crate::simulate::{Site, camera_of};
 
 /// Poses a second of odometry that is simulated along a given path.
 const ALONG_HZ: f64 = 5.0;
@@ -171,7 +172,9 @@ fn simulated_walk(
 fn simulated(job: &Job<'_>, simulate: &Simulate) -> Result<Prepared, String> {
     let (building, walk) = job.of.unwrap_or_default();
     let family = Seed(job.seed).child(&job.case.name, building);
-    let scene = scene(simulate, family, walk)?;
+    // The building is the family's; the walk through it is this one's.
+    let options = simulate.scene(family.child("walk", walk));
+    let scene = Site::Generated(simulate.scene.building).scene(family.child("building", 0), &options).map_err(|why| why.to_string())?;
     if simulate.render {
         let frames = scene.frames().map(Ok::<_, std::convert::Infallible>);
         let (odometry, seconds) = follow(frames, scene.camera(), job.seed)?;
@@ -194,22 +197,6 @@ fn simulated(job: &Job<'_>, simulate: &Simulate) -> Result<Prepared, String> {
     let noise = job.case.noise.unwrap_or_else(OdometryNoise::monocular);
     let simulated = scene.odometry(&noise, simulate.odometry_hz);
     Ok(simulated_walk(simulated.path, simulated.sightings, &noise, simulated.truth, scene.plan()))
-}
-
-/// Draws that are no walk (every door on the way shut) are drawn anew, a few times.
-fn scene(simulate: &Simulate, family: Seed, walk: u64) -> Result<Scene, String> {
-    let mut refused = String::new();
-    for attempt in 0..8 {
-        let seed = family.child("walk", walk).child("attempt", attempt);
-        // The building is the family's; only where it has no walk at all is it another one.
-        let building = Building::generate(&simulate.scene.building, family.child("building", attempt / 2));
-        let options = simulate.scene(seed);
-        match building.and_then(|building| Scene::new(building, &options)) {
-            Ok(scene) => return Ok(scene),
-            Err(why) => refused = why.to_string(),
-        }
-    }
-    Err(refused)
 }
 
 /// Somebody else's answer.
@@ -337,16 +324,6 @@ fn raw_poses(path: &Path, name: &Path, format: Option<&str>) -> Result<Vec<(Stam
     let options = PosesOptions { format, frame: Some(PosesFrame::Body), fps: None };
     let file = planwalk_io::trajectory::read(path, &options).map_err(say("the path", name))?;
     Ok(file.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, Rigid3::new(pose.iso))).collect())
-}
-
-/// The camera of a pose that is a camera's or a body's (x forward, y left, z up).
-fn camera_of(pose: &Rigid3<Plan, Body>, frame: PosesFrame) -> Rigid3<Plan, Cam> {
-    // Camera axes (right, down, forward) in body axes.
-    let body_from_camera = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.5, -0.5, 0.5, -0.5));
-    match frame {
-        PosesFrame::Camera => Rigid3::new(pose.iso),
-        PosesFrame::Body => Rigid3::from_parts(pose.iso.translation.vector, pose.iso.rotation * body_from_camera),
-    }
 }
 
 /// The body of a camera's pose.

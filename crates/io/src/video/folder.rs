@@ -129,6 +129,14 @@ fn stamps_in_table(table: &Path, images: usize) -> Result<Vec<Stamp>, VideoError
     }
 }
 
+/// Writes one picture as PNG.
+///
+/// # Errors
+/// [`VideoError::Image`].
+pub fn write_picture(path: &Path, picture: &GrayImage) -> Result<(), VideoError> {
+    raster::write_png(path, picture).map_err(|source| VideoError::Image { name: name_of(path), source })
+}
+
 /// Writes frames into a folder as `000000.png`, …, and their times into `times.txt`: what [`super::open`] reads back.
 #[derive(Debug)]
 pub struct FolderWriter {
@@ -138,12 +146,20 @@ pub struct FolderWriter {
 }
 
 impl FolderWriter {
-    /// Makes the folder.
+    /// Makes the folder; frames that an earlier writer left in it are removed, or they would follow these.
     ///
     /// # Errors
     /// [`VideoError::Io`].
     pub fn new(folder: &Path) -> Result<Self, VideoError> {
         std::fs::create_dir_all(folder)?;
+        for entry in std::fs::read_dir(folder)? {
+            let file = entry?.path();
+            let numbered =
+                file.file_stem().is_some_and(|stem| stem.len() == 6 && stem.to_string_lossy().bytes().all(|b| b.is_ascii_digit()));
+            if numbered && file.extension().is_some_and(|e| e == "png") {
+                std::fs::remove_file(file)?;
+            }
+        }
         Ok(Self { folder: folder.to_owned(), times: String::new(), count: 0 })
     }
 
@@ -153,7 +169,7 @@ impl FolderWriter {
     /// [`VideoError::Io`], [`VideoError::Image`].
     pub fn push(&mut self, frame: &VideoFrame) -> Result<(), VideoError> {
         let name = format!("{:06}.png", self.count);
-        raster::write_png(&self.folder.join(&name), &frame.image).map_err(|source| VideoError::Image { name, source })?;
+        write_picture(&self.folder.join(&name), &frame.image)?;
         self.times.push_str(&text::decimal_seconds(frame.stamp));
         self.times.push('\n');
         self.count += 1;

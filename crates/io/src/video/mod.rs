@@ -23,7 +23,7 @@ use planwalk_types::VideoFrame;
 use crate::raster::RasterError;
 
 pub use ffmpeg::encode_folder;
-pub use folder::FolderWriter;
+pub use folder::{FolderWriter, write_picture};
 
 /// Options of [`open`].
 #[derive(Debug, Clone, Copy, Default)]

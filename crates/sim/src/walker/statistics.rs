@@ -5,6 +5,7 @@
 //! Frames: z up; the camera looks along its z axis. Metres, seconds; angles in degrees, as people read them.
 
 use planwalk_types::{Cam, Plan, Rigid3, Stamp, wrap_angle};
+use serde::{Deserialize, Serialize};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
@@ -15,7 +16,7 @@ use super::along::Along;
 const RATE_HZ: f64 = 20.0;
 
 /// What a path tells of its walker.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WalkStatistics {
     /// From the first pose to the last, seconds.
     pub duration_s: f64,
