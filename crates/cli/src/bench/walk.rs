@@ -27,6 +27,9 @@ const START_SIGMA: (f64, f64) = (0.5, 0.175);
 /// Truths farther apart than this are no neighbours: frames of a 12 Hz video find theirs.
 const MAX_DIFF_S: f64 = 0.05;
 
+/// Poses on the plan, of a body or of whatever a file is of.
+type Poses = Vec<(Stamp, Rigid3<Plan, Body>)>;
+
 /// A walk with its truth.
 pub struct Prepared {
     /// What the localiser gets.
@@ -227,7 +230,7 @@ fn estimate(stamp: Stamp, pose: &nalgebra::Isometry3<f64>) -> Estimate {
 /// Where it truly went.
 struct Truth {
     /// Poses as the file has them.
-    poses: Vec<(Stamp, Rigid3<Plan, Body>)>,
+    poses: Poses,
     frame: PosesFrame,
     on_floor: Vec<(Stamp, PlanPose)>,
     faces: bool,
@@ -241,7 +244,7 @@ impl Truth {
         let file = planwalk_io::trajectory::read(&data.join(path), &options).map_err(say("the truth", path))?;
         let frame = if matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices) { PosesFrame::Camera } else { frame };
         let shift = |stamp: Stamp| Stamp::from_secs(case.truth_offset_s).map_or(stamp, |by| Stamp(stamp.0.saturating_add(by.0)));
-        let poses: Vec<_> =
+        let poses: Poses =
             file.trajectory.poses().iter().map(|(stamp, pose)| (shift(*stamp), Rigid3::<Plan, Body>::new(pose.iso))).collect();
         let on_floor = poses.iter().map(|(stamp, pose)| (*stamp, on_floor(&pose.iso, frame))).collect();
         Ok(Self { poses, frame, on_floor, faces: file.faces })
@@ -319,7 +322,7 @@ fn frame_of(name: Option<&str>) -> Result<PosesFrame, String> {
 }
 
 /// Poses as the file has them: of whatever it is that they are of, in a world with z up.
-fn raw_poses(path: &Path, name: &Path, format: Option<&str>) -> Result<Vec<(Stamp, Rigid3<Plan, Body>)>, String> {
+fn raw_poses(path: &Path, name: &Path, format: Option<&str>) -> Result<Poses, String> {
     let format = format.map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
     let options = PosesOptions { format, frame: Some(PosesFrame::Body), fps: None };
     let file = planwalk_io::trajectory::read(path, &options).map_err(say("the path", name))?;

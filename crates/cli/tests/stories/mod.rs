@@ -1,7 +1,9 @@
 //! One story a claim.
 
 mod bad_input;
+mod bench;
 mod eval;
 mod manners;
 mod real_data;
 mod results;
+mod sim;

@@ -111,3 +111,54 @@ pub fn flips<'a>(before: &[Record], after: &'a [Record]) -> Vec<(&'a Record, boo
     };
     after.iter().filter_map(flipped).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::tests::{record, with_end};
+    use super::*;
+
+    /// Twenty walks whose ends are off by this.
+    fn bench(method: &str, end_m: impl Fn(u64) -> f64) -> Vec<Record> {
+        (0..20).map(|seed| with_end(record("walk", seed, method), end_m(seed))).collect()
+    }
+
+    fn of<'a>(changes: &'a [Change], metric: &str) -> &'a Change {
+        changes.iter().find(|c| c.metric == metric).unwrap()
+    }
+
+    #[test]
+    fn what_changed_on_every_walk_is_told_from_what_fluctuates() {
+        // Uneven over the seeds, but centred: the sign of the change alternates.
+        let wobble = |seed: u64| if seed.is_multiple_of(2) { 0.05 } else { -0.05 } * (1.0 + seed as f64 / 20.0);
+        let before = bench("m", |_| 0.5);
+        let noisy = compare(&before, &bench("m", |seed| 0.5 + wobble(seed)));
+        assert!(!of(&noisy, "track end m").real, "{noisy:?}");
+        let better = compare(&before, &bench("m", |seed| 0.3 + wobble(seed)));
+        let change = of(&better, "track end m");
+        assert_eq!((change.pairs, change.better), (20, Some(true)));
+        assert!((change.before - 0.5).abs() < 1e-12 && change.difference.high < 0.0, "{change:?}");
+        let same = compare(&before, &before);
+        assert!(same.iter().all(|c| !c.real), "{same:?}");
+        assert!(table(&same).rows.iter().all(|row| row[7] == "same"));
+    }
+
+    #[test]
+    fn walks_that_flip_are_counted_and_named() {
+        // Six of twenty lost: 2 · 2⁻⁶ = 0.03 by chance.
+        let (before, after) = (bench("m", |_| 0.5), bench("m", |seed| if seed < 6 { 9.0 } else { 0.5 }));
+        let changes = compare(&before, &after);
+        assert_eq!(of(&changes, "end right %").better, Some(false));
+        let flips = flips(&before, &after);
+        assert_eq!(flips.len(), 6);
+        assert!(flips.iter().all(|(record, now_right)| record.seed < 6 && !now_right));
+        // Five: 0.06.
+        let five = compare(&before, &bench("m", |seed| if seed < 5 { 9.0 } else { 0.5 }));
+        assert!(!of(&five, "end right %").real);
+    }
+
+    #[test]
+    fn only_what_both_have_is_compared() {
+        let (before, after) = (bench("old", |_| 0.5), bench("new", |_| 0.4));
+        assert!(compare(&before, &after).is_empty());
+    }
+}

@@ -103,3 +103,69 @@ pub fn parse(text: &str) -> Result<Vec<Record>, RecordError> {
         })
         .collect()
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::evaluate::place::{AnswerScores, Recall};
+
+    /// A run without scores.
+    pub fn record(case: &str, seed: u64, method: &str) -> Record {
+        Record {
+            schema: SCHEMA.to_owned(),
+            suite: "test".to_owned(),
+            group: "walks".to_owned(),
+            case: case.to_owned(),
+            method: method.to_owned(),
+            seed,
+            version: "0".to_owned(),
+            given: String::new(),
+            walk_s: 10.0,
+            odometry_s: None,
+            locate_s: Some(2.0),
+            status: Some(Status::Tracking),
+            place: None,
+            odometry: None,
+            error: None,
+        }
+    }
+
+    /// The same with a track that is off by so much all along.
+    pub fn with_end(record: Record, end_m: f64) -> Record {
+        let track = AnswerScores {
+            compared: 10,
+            median_m: end_m,
+            mean_m: end_m,
+            rmse_m: end_m,
+            ce95_m: end_m,
+            max_m: end_m,
+            end_m,
+            end_right: end_m <= 1.0,
+            end_in_radius95: true,
+            heading_median_rad: None,
+            heading_rmse_rad: None,
+            recall: vec![Recall { within_m: 1.0, of_moments: 1.0, of_distance: 1.0 }],
+            calibration: None,
+        };
+        let place = PlaceScores { duration_s: 10.0, length_m: 12.0, track, filter: None, hypotheses: None };
+        Record { place: Some(place), ..record }
+    }
+
+    #[test]
+    fn records_survive_the_trip_through_their_lines_to_the_bit() {
+        let records = [with_end(record("a", 1, "m"), 0.1 + 0.2), record("b", 2, "m")];
+        let text: String = records.iter().map(|r| r.to_line() + "\n").collect();
+        assert_eq!(parse(&text).unwrap(), records);
+        // A line without its end is what an interrupted run leaves.
+        assert_eq!(parse(&text[..text.len() - 10]).unwrap().len(), 1);
+        assert_eq!(parse("").unwrap(), []);
+    }
+
+    #[test]
+    fn what_is_no_record_is_named_by_its_line() {
+        let good = record("a", 1, "m").to_line() + "\n";
+        assert!(parse(&format!("{good}{{}}\n")).unwrap_err().to_string().contains("line 2"));
+        let old = good.replace(SCHEMA, "planwalk-bench/0");
+        assert!(parse(&old).unwrap_err().to_string().contains("planwalk-bench/0"));
+    }
+}

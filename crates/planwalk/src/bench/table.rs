@@ -100,3 +100,29 @@ fn cell(metric: &Metric, records: &[&Record]) -> String {
     // One walk has no spread.
     if records.len() < 2 { text(value) } else { format!("{} [{}, {}]", text(value), text(low), text(high)) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::tests::{record, with_end};
+    use super::*;
+
+    #[test]
+    fn groups_and_methods_have_rows_and_all_of_them_one_more() {
+        let far = |seed: u64| if seed == 0 { 5.0 } else { 0.25 };
+        let mut records: Vec<Record> = (0..4).map(|seed| with_end(record("a", seed, "one"), far(seed))).collect();
+        records.extend((0..4).map(|seed| Record { group: "others".to_owned(), ..with_end(record("b", seed, "one"), 0.5) }));
+        records.push(Record { error: Some("gone".to_owned()), status: None, locate_s: None, ..record("c", 0, "two") });
+        let table = summary(&records);
+        let column = |head: &str| table.head.iter().position(|h| h == head).unwrap();
+        let names: Vec<(&str, &str)> = table.rows.iter().map(|row| (row[0].as_str(), row[1].as_str())).collect();
+        assert_eq!(names, [("walks", "one"), ("walks", "two"), ("others", "one"), ("all", "one"), ("all", "two")]);
+        assert!(table.rows[0][column("end right %")].starts_with("75 ["), "{table:?}");
+        assert!(table.rows[0][column("track end m")].starts_with("0.25 ["), "{table:?}");
+        assert_eq!((table.rows[1][column("failed")].as_str(), table.rows[1][column("track end m")].as_str()), ("1", "–"));
+        assert!(!table.head.contains(&"ATE % of path".to_owned()), "what nobody has is no column");
+        let text = table.markdown();
+        assert_eq!(text.lines().count(), 2 + 5);
+        let widths: Vec<usize> = text.lines().map(|line| line.chars().count()).collect();
+        assert!(widths.windows(2).all(|w| w[0] == w[1]), "columns line up");
+    }
+}

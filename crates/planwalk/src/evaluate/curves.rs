@@ -141,7 +141,8 @@ pub fn recall(moments: &[Moment], within_m: f64) -> RecallPoint {
     let right = |m: &Moment| m.error_m <= within_m;
     let of_moments = super::statistics::share(moments.iter().map(right));
     let whole: f64 = metres.iter().sum();
-    let walked: f64 = moments.iter().zip(&metres).filter(|(m, _)| right(m)).map(|(_, metres)| metres).sum();
+    // From 0: a sum of nothing is −0, which would be written so.
+    let walked = moments.iter().zip(&metres).filter(|(m, _)| right(m)).fold(0.0, |sum, (_, metres)| sum + metres);
     // Who stood still is where the moments say.
     let of_distance = if whole > 0.0 { walked / whole } else { of_moments };
     RecallPoint { within_m, of_moments, of_distance }

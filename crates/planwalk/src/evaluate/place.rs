@@ -280,7 +280,7 @@ pub fn hypotheses(places: &[(f64, PlanPose)], end: Stamp, truth: &[(Stamp, PlanP
         listed: places.len(),
         nearest_m: away.iter().map(|(_, d)| *d).fold(f64::INFINITY, f64::min),
         any_right: away.iter().any(|a| right(&a)),
-        probability_right: away.iter().filter(right).map(|(p, _)| p).sum(),
+        probability_right: away.iter().filter(right).fold(0.0, |sum, (p, _)| sum + p),
     })
 }
 

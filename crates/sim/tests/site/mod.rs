@@ -209,7 +209,7 @@ fn furniture_stands_in_every_kind_of_building_and_on_no_plan() {
 }
 
 /// A file of the shared data, if it is there.
-fn data(path: &str) -> Option<PathBuf> {
+pub fn data(path: &str) -> Option<PathBuf> {
     let root = std::env::var_os("PLANWALK_DATA")
         .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")), PathBuf::from);
     let file = root.join(path);
@@ -225,7 +225,7 @@ fn data(path: &str) -> Option<PathBuf> {
 }
 
 /// A plan drawn in black on white; grey is unknown.
-fn read_plan(file: &std::path::Path, cell_m: f64) -> FloorPlan {
+pub fn read_plan(file: &std::path::Path, cell_m: f64) -> FloorPlan {
     let image = image::open(file).unwrap().to_luma8();
     let (width, height) = (image.width() as usize, image.height() as usize);
     let cell = |i: usize| match image.get_pixel((i % width) as u32, (height - 1 - i / width) as u32).0[0] {
