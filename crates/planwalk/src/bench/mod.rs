@@ -1,6 +1,6 @@
 //! How good is a localiser over many walks? Records of runs, their statistics, tables, and what changed between two benches.
 //!
-//! (walk, seed, method) ──▶ [`Record`] (a line of `results.jsonl`) ──▶ [`table`] by group and method ──▶ [`compare`] with another bench
+//! (walk, seed, method) ──▶ [`Record`] (a line of `results.jsonl`) ──▶ [`table`] by group and method ──▶ [`mod@compare`] with another bench
 //!
 //! Walks are the units of chance: every interval says what other walks of the same kind would do. Nothing here runs a
 //! localiser or opens a file.
