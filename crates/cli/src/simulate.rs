@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use planwalk::types::{Body, Cam, Plan, Rigid3, Seed, Stamp};
 use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::{PosesFrame, PosesOptions};
@@ -171,10 +171,8 @@ pub fn walk_along(args: &SimArgs, path: &Path) -> Result<Walk, Failure> {
 
 /// The camera of a pose that is a camera's, or a body's that carries it level, looking ahead.
 pub fn camera_of(pose: &Rigid3<Plan, Body>, frame: PosesFrame) -> Rigid3<Plan, Cam> {
-    // Camera axes (right, down, forward) in body axes.
-    let body_from_camera = UnitQuaternion::new_unchecked(Quaternion::new(0.5, -0.5, 0.5, -0.5));
     match frame {
         PosesFrame::Camera => Rigid3::new(pose.iso),
-        PosesFrame::Body => Rigid3::from_parts(pose.iso.translation.vector, pose.iso.rotation * body_from_camera),
+        PosesFrame::Body => pose.camera(),
     }
 }

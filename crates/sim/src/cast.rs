@@ -127,13 +127,13 @@ fn meet(from: Pt2<Plan>, [c, s]: [f64; 2], wall: &Wall) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use planwalk_types::Seed;
     use rand::RngExt;
 
     /// A room of 4 m × 2 m around the origin.
-    fn room() -> Vec<Wall> {
+    pub(crate) fn room() -> Vec<Wall> {
         let corners = [(-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)].map(|(x, y)| Pt2::new(x, y));
         (0..4).map(|i| Wall { from: corners[i], to: corners[(i + 1) % 4] }).collect()
     }

@@ -227,13 +227,7 @@ fn normal(rng: &mut StreamRng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planwalk_types::Pt2;
-
-    /// A room of 4 m × 2 m around the origin.
-    fn room() -> Vec<Wall> {
-        let corners = [(-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)].map(|(x, y)| Pt2::new(x, y));
-        (0..4).map(|i| Wall { from: corners[i], to: corners[(i + 1) % 4] }).collect()
-    }
+    use crate::cast::tests::room;
 
     #[test]
     fn nothing_walked_is_nothing_said() {

@@ -6,9 +6,9 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Mul;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use crate::space::{Pt2, Pt3};
+use crate::space::{Body, Cam, Pt2, Pt3};
 
 /// The angle in (−π, π] that differs from `angle_rad` by whole turns.
 pub fn wrap_angle(angle_rad: f64) -> f64 {
@@ -118,6 +118,31 @@ impl<A, B> Rigid3<A, B> {
     }
 }
 
+/// Camera axes (right, down, forward) in the axes of a body that carries it level and looks ahead.
+fn body_from_camera() -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(Quaternion::new(0.5, -0.5, 0.5, -0.5))
+}
+
+impl<A> Rigid3<A, Body> {
+    /// Its shadow on the floor of a world with z up, facing where its x axis points.
+    pub fn on_floor(self) -> Rigid2<A, Body> {
+        let (at, ahead) = (self.iso.translation.vector, self.iso.rotation * Vector3::x());
+        Rigid2::new(at.x, at.y, libm::atan2(ahead.y, ahead.x))
+    }
+
+    /// A camera in its place that looks where it faces.
+    pub fn camera(self) -> Rigid3<A, Cam> {
+        Rigid3::from_parts(self.iso.translation.vector, self.iso.rotation * body_from_camera())
+    }
+}
+
+impl<A> Rigid3<A, Cam> {
+    /// A body in its place that faces where it looks.
+    pub fn body(self) -> Rigid3<A, Body> {
+        Rigid3::from_parts(self.iso.translation.vector, self.iso.rotation * body_from_camera().inverse())
+    }
+}
+
 impl<A, B, C> Mul<Rigid3<B, C>> for Rigid3<A, B> {
     type Output = Rigid3<A, C>;
     fn mul(self, other: Rigid3<B, C>) -> Rigid3<A, C> {
@@ -153,7 +178,7 @@ impl<A, B> fmt::Debug for Rigid3<A, B> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::{Body, Odom, Plan};
+    use crate::space::{Odom, Plan};
     use proptest::prelude::*;
 
     proptest! {
@@ -181,6 +206,21 @@ mod tests {
             prop_assert!(w > -std::f64::consts::PI - 1e-12 && w <= std::f64::consts::PI + 1e-12);
             prop_assert!((w.sin() - a.sin()).abs() < 1e-12 && (w.cos() - a.cos()).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_camera_and_its_body_look_the_same_way() {
+        let turn = UnitQuaternion::from_euler_angles(0.1, -0.2, 2.0);
+        let plan_from_body = Rigid3::<Plan, Body>::from_parts(Vector3::new(3.0, 4.0, 1.5), turn);
+        let plan_from_camera = plan_from_body.camera();
+        let (ahead, looks) = (plan_from_body.iso.rotation * Vector3::x(), plan_from_camera.iso.rotation * Vector3::z());
+        assert!((ahead - looks).norm() < 1e-14, "{ahead} {looks}");
+        assert!((plan_from_camera.iso.rotation * -Vector3::y() - plan_from_body.iso.rotation * Vector3::z()).norm() < 1e-14);
+        assert!(plan_from_camera.body().iso.rotation.angle_to(&turn) < 1e-7);
+        let shadow = plan_from_body.on_floor();
+        assert_eq!((shadow.x, shadow.y), (3.0, 4.0));
+        // Roll and pitch tilt the x axis, but do not turn it about z in this order.
+        assert!((shadow.heading_rad - 2.0).abs() < 1e-14);
     }
 
     #[test]

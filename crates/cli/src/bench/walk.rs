@@ -6,12 +6,12 @@ use std::fmt::Display;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use planwalk::Walk;
 use planwalk::evaluate::{self, Alignment, AssociateOptions, OdometryScoreOptions, OdometryScores, PlaceOptions, PlaceScores};
 use planwalk::locate::StartPrior;
 use planwalk::odometry::{Odometry, OdometryOptions};
 use planwalk::types::path::StepNoise;
-use planwalk::types::{Body, Estimate, FloorPlan, OdometryScale, Plan, PlanPose, Rigid3, Seed, Stamp, Status, VideoFrame};
-use planwalk::{Walk, tables};
+use planwalk::types::{Body, Cam, Estimate, FloorPlan, OdometryScale, Plan, PlanPose, Rigid3, Seed, Stamp, Status, VideoFrame};
 use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
 use planwalk_io::video::VideoOptions;
@@ -210,7 +210,8 @@ fn foreign(case: &Case, data: &Path, track: &Path) -> Result<Prepared, String> {
     let walk = Walk { path, sightings: Vec::new(), scale: OdometryScale::Metric };
     let (mut scores, mut place) = (None, None);
     if case.plan.is_some() {
-        let answer: Vec<Estimate> = file.trajectory.poses().iter().map(|(stamp, pose)| estimate(*stamp, &pose.iso)).collect();
+        let answer: Vec<Estimate> =
+            file.trajectory.poses().iter().map(|(stamp, pose)| estimate(*stamp, Rigid3::<Plan, Body>::new(pose.iso).on_floor())).collect();
         let options = place_options(case.truth_gap_s, truth.faces);
         place = Some(evaluate::place::score(&answer, &[], &truth.on_floor, &options).map_err(|why| why.to_string())?);
     } else {
@@ -222,16 +223,14 @@ fn foreign(case: &Case, data: &Path, track: &Path) -> Result<Prepared, String> {
 }
 
 /// A pose without any claim of how sure it is.
-fn estimate(stamp: Stamp, pose: &nalgebra::Isometry3<f64>) -> Estimate {
-    let pose = on_floor(pose, PosesFrame::Body);
+fn estimate(stamp: Stamp, pose: PlanPose) -> Estimate {
     Estimate { stamp, pose, covariance: nalgebra::Matrix3::zeros(), radius95_m: 0.0, probability: 1.0, status: Status::Tracking }
 }
 
 /// Where it truly went.
 struct Truth {
-    /// Poses as the file has them.
+    /// A body's poses, whatever the file is of.
     poses: Poses,
-    frame: PosesFrame,
     on_floor: Vec<(Stamp, PlanPose)>,
     faces: bool,
 }
@@ -240,14 +239,15 @@ impl Truth {
     fn read(case: &Case, data: &Path) -> Result<Self, String> {
         let path = case.truth.as_ref().ok_or("it has no truth")?;
         let frame = frame_of(case.truth_frame.as_deref())?;
+        // As the file has them: the plan's world is not to be turned.
         let options = PosesOptions { frame: Some(PosesFrame::Body), fps: case.fps, ..PosesOptions::default() };
         let file = planwalk_io::trajectory::read(&data.join(path), &options).map_err(say("the truth", path))?;
-        let frame = if matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices) { PosesFrame::Camera } else { frame };
+        let of_camera = frame == PosesFrame::Camera || matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices);
         let shift = |stamp: Stamp| Stamp::from_secs(case.truth_offset_s).map_or(stamp, |by| Stamp(stamp.0.saturating_add(by.0)));
-        let poses: Poses =
-            file.trajectory.poses().iter().map(|(stamp, pose)| (shift(*stamp), Rigid3::<Plan, Body>::new(pose.iso))).collect();
-        let on_floor = poses.iter().map(|(stamp, pose)| (*stamp, on_floor(&pose.iso, frame))).collect();
-        Ok(Self { poses, frame, on_floor, faces: file.faces })
+        let body = |iso: &nalgebra::Isometry3<f64>| if of_camera { Rigid3::<Plan, Cam>::new(*iso).body() } else { Rigid3::new(*iso) };
+        let poses: Poses = file.trajectory.poses().iter().map(|(stamp, pose)| (shift(*stamp), body(&pose.iso))).collect();
+        let on_floor = poses.iter().map(|(stamp, pose)| (*stamp, pose.on_floor())).collect();
+        Ok(Self { poses, on_floor, faces: file.faces })
     }
 
     fn prepared(
@@ -262,24 +262,16 @@ impl Truth {
         Prepared { walk, plan, start: None, truth: self.on_floor, options, odometry_s, odometry, place: None }
     }
 
-    /// Camera poses against the truth's, which must be a camera's too.
+    /// A video's odometry, as that of its camera.
     fn score_camera(&self, case: &Case, odometry: &Odometry) -> Result<OdometryScores, String> {
-        let cameras: Vec<_> = self.poses.iter().map(|(stamp, pose)| (*stamp, camera_of(pose, self.frame))).collect();
+        let cameras: Vec<_> = self.poses.iter().map(|(stamp, pose)| (*stamp, pose.camera())).collect();
         let seen: Vec<_> = odometry.poses.iter().map(|p| (p.stamp, p.odom_from_camera)).collect();
         self.score(case, &seen, &cameras, Alignment::Sim3)
     }
 
-    /// A body's poses against the truth, on the floor.
+    /// A body's poses, on the floor where nothing else is said.
     fn score_body<A>(&self, case: &Case, poses: &[(Stamp, Rigid3<A, Body>)]) -> Result<OdometryScores, String> {
-        let bodies: Vec<_> = match self.frame {
-            PosesFrame::Body => self.poses.clone(),
-            PosesFrame::Camera if case.align.is_some_and(|a| !a.planar()) => {
-                // Both are a camera's in a world of their own: the reader has turned the estimate to a body's.
-                self.poses.iter().map(|(stamp, pose)| (*stamp, Rigid3::new(body_of(&pose.iso)))).collect()
-            }
-            PosesFrame::Camera => self.on_floor.iter().map(|(stamp, pose)| (*stamp, tables::upright(pose))).collect(),
-        };
-        self.score(case, poses, &bodies, Alignment::Sim2)
+        self.score(case, poses, &self.poses, Alignment::Sim2)
     }
 
     fn score<A, B>(
@@ -327,21 +319,6 @@ fn raw_poses(path: &Path, name: &Path, format: Option<&str>) -> Result<Poses, St
     let options = PosesOptions { format, frame: Some(PosesFrame::Body), fps: None };
     let file = planwalk_io::trajectory::read(path, &options).map_err(say("the path", name))?;
     Ok(file.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, Rigid3::new(pose.iso))).collect())
-}
-
-/// The body of a camera's pose.
-fn body_of(camera: &nalgebra::Isometry3<f64>) -> nalgebra::Isometry3<f64> {
-    let camera_from_body = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.5, 0.5, -0.5, 0.5));
-    nalgebra::Isometry3::from_parts(camera.translation, camera.rotation * camera_from_body)
-}
-
-/// Seen from above, facing where the body or the camera faces.
-fn on_floor(pose: &nalgebra::Isometry3<f64>, frame: PosesFrame) -> PlanPose {
-    let forward = match frame {
-        PosesFrame::Body => pose.rotation * nalgebra::Vector3::x(),
-        PosesFrame::Camera => pose.rotation * nalgebra::Vector3::z(),
-    };
-    PlanPose::new(pose.translation.x, pose.translation.y, forward.y.atan2(forward.x))
 }
 
 fn say<'a, E: Display>(what: &'a str, path: &'a Path) -> impl FnOnce(E) -> String + 'a {

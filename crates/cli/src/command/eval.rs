@@ -9,7 +9,7 @@ use planwalk::evaluate::{
 };
 use planwalk::figure::{CalibrationPicture, ErrorPicture, OverlayPicture, png_of};
 use planwalk::result::{OptionEntry, ResultFile};
-use planwalk::types::{Body, Estimate, Odom, PlanPose, Rigid3, Stamp, Status};
+use planwalk::types::{Body, Estimate, Odom, Plan, PlanPose, Rigid3, Stamp, Status};
 use planwalk_io::trajectory::{self, PosesFile, PosesFormat, PosesFrame, PosesOptions};
 
 use super::name_of;
@@ -180,13 +180,13 @@ fn of_file(args: &EvalArgs, notes: &mut Vec<String>) -> Result<Answer, Failure> 
 
 /// A pose on the plan that claims nothing of its doubt.
 fn unclaimed(stamp: Stamp, pose: &Rigid3<Odom, Body>) -> Estimate {
-    let (pose, covariance) = (on_floor(pose), Matrix3::zeros());
+    let (pose, covariance) = (on_plan(pose), Matrix3::zeros());
     Estimate { stamp, pose, covariance, radius95_m: 0.0, probability: 0.0, status: Status::Lost }
 }
 
-fn on_floor(pose: &Rigid3<Odom, Body>) -> PlanPose {
-    let (at, ahead) = (pose.iso.translation.vector, pose.iso.rotation * Vector3::x());
-    PlanPose::new(at.x, at.y, ahead.y.atan2(ahead.x))
+/// The plan is the frame of a truth, and of a track from elsewhere.
+fn on_plan(pose: &Rigid3<Odom, Body>) -> PlanPose {
+    Rigid3::<Plan, Body>::new(pose.iso).on_floor()
 }
 
 /// Whether the body's z axis points up on average, within 60°.
@@ -220,7 +220,7 @@ fn refused(why: EvaluateError, args: &EvalArgs) -> Failure {
 fn score_place(evaluation: &mut Evaluation, answer: &Answer, truth: &PosesFile, args: &EvalArgs) -> Result<Option<Curves>, Failure> {
     let Some(track) = &answer.track else { return Ok(None) };
     let options = PlaceOptions { associate: associate(args), truth_faces: truth.faces, ..PlaceOptions::default() };
-    let on_plan: Vec<(Stamp, PlanPose)> = truth.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, on_floor(pose))).collect();
+    let on_plan: Vec<(Stamp, PlanPose)> = truth.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, on_plan(pose))).collect();
     let curves = curves(track, &answer.filter, &on_plan, &options).map_err(|why| refused(why, args))?;
     evaluation.place = place::scores_of(&curves, &options);
     if let (Some(scores), Some(end)) = (&mut evaluation.place, track.last()) {

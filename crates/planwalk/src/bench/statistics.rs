@@ -6,6 +6,8 @@
 use planwalk_types::Seed;
 use rand::RngExt;
 
+pub use crate::evaluate::statistics::mean;
+
 /// Resamples of the bootstrap: the ends of a 95 % interval are then good to a few per cent of its width.
 const RESAMPLES: usize = 2000;
 /// √ of the 95 % point of χ² with one degree of freedom.
@@ -39,11 +41,6 @@ pub fn median(values: &[f64]) -> Option<f64> {
     let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
     // Infinity minus infinity is no number.
     Some(if low == high { low } else { 0.5 * (low + high) })
-}
-
-/// The arithmetic mean.
-pub fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// A statistic of values with its bootstrap interval; the same numbers for the same values.

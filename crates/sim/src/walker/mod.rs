@@ -11,7 +11,7 @@ mod pursuit;
 mod route;
 pub mod statistics;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use planwalk_types::{Cam, Plan, PlanPose, Pt2, Rigid3, Seed, Stamp};
 use serde::{Deserialize, Serialize};
 
@@ -258,9 +258,7 @@ impl Walk {
             Course::Walker { strides, gait } => gait.pose(&pursuit::between(strides, seconds)),
             Course::Given(along) => {
                 let plan_from_camera = along.at(seconds);
-                let (place, ahead) = (plan_from_camera.origin().coords, plan_from_camera.iso.rotation * Vector3::z());
-                let on_floor = PlanPose::new(place.x, place.y, libm::atan2(ahead.y, ahead.x));
-                WalkPose { plan_from_camera, on_floor }
+                WalkPose { plan_from_camera, on_floor: plan_from_camera.body().on_floor() }
             }
         }
     }
