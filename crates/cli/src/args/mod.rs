@@ -1,19 +1,25 @@
 //! What can be asked for? The command line, with units: metres and degrees.
 
+mod bench;
+mod eval;
+mod sim;
+
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use planwalk::Method;
-use planwalk::evaluate::Alignment;
 use planwalk::locate::StartPrior;
 use planwalk::odometry::Solver;
 use planwalk::types::{OdometryScale, Seed};
 use planwalk_io::plan::Measure;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame};
-use planwalk_sim::BuildingKind;
 
 use crate::command::Task;
+
+pub use bench::BenchArgs;
+pub use eval::EvalArgs;
+pub use sim::{NoiseName, SimArgs, SimKind};
 
 /// Tells where on a floor plan a first-person video was walked, how sure it is, and where else it could have been.
 #[derive(Debug, Parser)]
@@ -271,246 +277,6 @@ pub struct PlaceArgs {
     pub common: Common,
 }
 
-/// What is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum SimKind {
-    /// Pictures, and all that goes with them
-    Video,
-    /// Odometry and sightings straight from the truth, without any picture
-    Odometry,
-}
-
-/// Noise of simulated odometry, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum NoiseName {
-    /// Exact, in metres
-    None,
-    /// As a hand-held camera errs: unknown unit, drift, half of what is seen on no plan
-    Monocular,
-}
-
-/// Arguments of `sim`.
-#[derive(Debug, Args)]
-pub struct SimArgs {
-    /// What is made
-    #[arg(value_enum, value_name = "WHAT", default_value_t = SimKind::Video)]
-    pub what: SimKind,
-    /// Options of the scene, as a scene.toml of an earlier run has them; what is said beside it counts more
-    #[arg(long, value_name = "TOML")]
-    pub scene: Option<PathBuf>,
-    /// Building that is generated: office, open_plan, flat, loop or round
-    #[arg(long, value_name = "KIND", conflicts_with = "plan")]
-    pub building: Option<BuildingKind>,
-    /// Its width and depth, metres
-    #[arg(long, value_name = "W,D", value_parser = pair, conflicts_with = "plan")]
-    pub size: Option<(f64, f64)>,
-    /// A plan that is built as it is drawn, instead of a generated building: an image, or a ROS map.yaml
-    #[arg(long, value_name = "PLAN")]
-    pub plan: Option<PathBuf>,
-    /// Metres in a pixel of the plan's image
-    #[arg(long, value_name = "M", requires = "plan")]
-    pub metres_per_pixel: Option<f64>,
-    /// Two pixels of the plan's image and their distance, e.g. 100,200,400,200=6m
-    #[arg(long, value_name = "U1,V1,U2,V2=LENGTH", requires = "plan")]
-    pub measure: Option<Measure>,
-    /// Share of the inner walls on the plan that were never built, 0 to 1
-    #[arg(long, value_name = "SHARE")]
-    pub missing_walls: Option<f64>,
-    /// Walls that were built and are not on the plan
-    #[arg(long, value_name = "N")]
-    pub extra_walls: Option<usize>,
-    /// A given path of the camera on the plan, instead of a walker's: TUM, or any poses file
-    #[arg(long, value_name = "FILE")]
-    pub path: Option<PathBuf>,
-    /// Frame of the path: camera (x right, y down, z forward), or body
-    #[arg(long, value_name = "FRAME", requires = "path", default_value = "camera")]
-    pub path_frame: PosesFrame,
-    /// How the camera is turned on what the path is of: about its right, down and forward axes, degrees, in this order
-    #[arg(long, value_name = "X,Y,Z", requires = "path", value_parser = triple, allow_hyphen_values = true)]
-    pub mount: Option<[f64; 3]>,
-    /// How long the walker walks, seconds
-    #[arg(long, value_name = "S", conflicts_with = "path")]
-    pub duration: Option<f64>,
-    /// A walker with every habit that real ones have: own pace, stops, glances, tilts, a trembling hand
-    #[arg(long, conflicts_with = "path")]
-    pub lively: bool,
-    /// A phone held upright, with rolling shutter, motion blur, hunting exposure and dark corners
-    #[arg(long)]
-    pub phone: bool,
-    /// A fisheye lens
-    #[arg(long)]
-    pub fisheye: bool,
-    /// Field of view along the long side, degrees
-    #[arg(long, value_name = "DEGREES")]
-    pub fov: Option<f64>,
-    /// Columns and rows
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
-    pub resolution: Option<(usize, usize)>,
-    /// Frames per second
-    #[arg(long, value_name = "FPS")]
-    pub fps: Option<f64>,
-    /// A camera file instead of a lens
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["fisheye", "fov", "resolution"])]
-    pub camera: Option<PathBuf>,
-    /// Share of the view that walking people fill, 0 to 0.5
-    #[arg(long, value_name = "SHARE")]
-    pub people: Option<f64>,
-    /// How much there is to see on walls: 0 blank, 1 an ordinary office, up to 3
-    #[arg(long, value_name = "AMOUNT")]
-    pub texture: Option<f64>,
-    /// How much stands about that no plan knows: 0 nothing, 1 an ordinary amount, up to 3
-    #[arg(long, value_name = "AMOUNT")]
-    pub furniture: Option<f64>,
-    /// Noise of simulated odometry [default: none beside a video, monocular for odometry]
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub noise: Option<NoiseName>,
-    /// Poses a second of simulated odometry
-    #[arg(long, value_name = "HZ", default_value_t = 5.0)]
-    pub odometry_hz: f64,
-    /// Walks through the same building, for odometry
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    pub walks: u64,
-    /// Shared arguments; the seed chooses building, walk and every noise
-    #[command(flatten)]
-    pub common: Common,
-}
-
-/// Arguments of `bench`.
-#[derive(Debug, Args)]
-pub struct BenchArgs {
-    /// Suite: smoke, sim, real, odometry, speed, or a TOML file
-    #[arg(value_name = "SUITE")]
-    pub suite: String,
-    /// Folder that the suite's paths start from
-    #[arg(long, value_name = "DIR", env = "PLANWALK_DATA", default_value = "../shared/data")]
-    pub data: PathBuf,
-    /// Localiser to run; may be given more than once [default: both]
-    #[arg(long = "method", value_enum, value_name = "NAME")]
-    pub methods: Vec<MethodName>,
-    /// Seeds of each walk [default: as the suite says]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    pub seeds: Option<u64>,
-    /// Only walks whose names hold this text
-    #[arg(long, value_name = "TEXT")]
-    pub only: Option<String>,
-    /// Only every n-th job, from the i-th: for several machines
-    #[arg(long, value_name = "I/N")]
-    pub shard: Option<Shard>,
-    /// Go on with the bench in DIR: what its results.jsonl has is not run again
-    #[arg(long)]
-    pub resume: bool,
-    /// Results of another bench: say what changed since, and whether it is noise
-    #[arg(long, value_name = "JSONL")]
-    pub compare: Option<PathBuf>,
-    /// Name the walks and do nothing
-    #[arg(long)]
-    pub list: bool,
-    /// Shared arguments; seeds are the suite's
-    #[command(flatten)]
-    pub common: Common,
-}
-
-/// A part of a bench.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Which part, counted from 1.
-    pub part: usize,
-    /// Of how many.
-    pub of: usize,
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.part, self.of)
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(part, of)| Some((part.trim().parse().ok()?, of.trim().parse().ok()?)));
-        match parts {
-            Some((part, of)) if (1..=of).contains(&part) => Ok(Self { part, of }),
-            _ => Err("give the part and the number of parts, e.g. 2/8 for the second of eight".to_owned()),
-        }
-    }
-}
-
-/// Arguments of `eval`.
-#[derive(Debug, Args)]
-pub struct EvalArgs {
-    /// Output folder of locate, track or demo; or a trajectory file
-    #[arg(value_name = "DIR|FILE")]
-    pub result: PathBuf,
-    /// The truth: TUM, KITTI, EuRoC, CARMEN, or CSV (t_s,x_m,y_m and perhaps yaw_rad)
-    #[arg(long, value_name = "FILE")]
-    pub truth: PathBuf,
-    /// Format of the truth: tum, kitti, euroc, carmen, csv [default: by content]
-    #[arg(long, value_name = "FORMAT")]
-    pub truth_format: Option<PosesFormat>,
-    /// Frame of the truth: body, or camera (x right, y down, z forward) [default: body; camera for KITTI]
-    #[arg(long, value_name = "FRAME")]
-    pub truth_frame: Option<PosesFrame>,
-    /// Times of KITTI poses, seconds, one a line [default: TRUTH_times.txt or times.txt beside the truth, else 10 Hz]
-    #[arg(long, value_name = "FILE")]
-    pub truth_times: Option<PathBuf>,
-    /// Format of a trajectory file [default: by content]
-    #[arg(long, value_name = "FORMAT")]
-    pub poses_format: Option<PosesFormat>,
-    /// Frame of a trajectory file: body or camera [default: body; camera for KITTI]
-    #[arg(long, value_name = "FRAME")]
-    pub poses_frame: Option<PosesFrame>,
-    /// What is free when odometry is laid over the truth; none also scores a trajectory file as a track on the plan
-    /// [default: sim3; sim2 for odometry from --poses, se2 where that was metric]
-    #[arg(long, value_enum)]
-    pub align: Option<AlignName>,
-    /// Most seconds between an estimate and its true pose
-    #[arg(long, value_name = "S", default_value_t = 0.01)]
-    pub max_diff: f64,
-    /// Interpolate the truth between poses at most so many seconds apart [default: take the nearest pose]
-    #[arg(long, value_name = "GAP_S")]
-    pub interpolate_truth: Option<f64>,
-    /// Seconds to add to the stamps of what is scored
-    #[arg(long, value_name = "S", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub time_offset: f64,
-    /// Folder for eval.json and its pictures [default: DIR, or where FILE is]
-    #[arg(short, long, value_name = "OUT")]
-    pub output: Option<PathBuf>,
-    /// Print eval.json on standard output; everything else goes to standard error
-    #[arg(long)]
-    pub json: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-/// Alignments by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum AlignName {
-    /// Nothing: one frame
-    None,
-    /// Shift and turn on the floor
-    Se2,
-    /// Shift, turn and scale on the floor
-    Sim2,
-    /// Shift and turn in space
-    Se3,
-    /// Shift, turn and scale in space
-    Sim3,
-}
-
-impl From<AlignName> for Alignment {
-    fn from(name: AlignName) -> Self {
-        match name {
-            AlignName::None => Alignment::None,
-            AlignName::Se2 => Alignment::Se2,
-            AlignName::Sim2 => Alignment::Sim2,
-            AlignName::Se3 => Alignment::Se3,
-            AlignName::Sim3 => Alignment::Sim3,
-        }
-    }
-}
-
 /// Solvers by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SolverName {
@@ -587,22 +353,6 @@ impl FromStr for Start {
     }
 }
 
-fn pair(text: &str) -> Result<(f64, f64), String> {
-    match numbers(text)?[..] {
-        [one, other] => Ok((one, other)),
-        _ => Err("give two numbers, e.g. 40,25".to_owned()),
-    }
-}
-
-fn triple(text: &str) -> Result<[f64; 3], String> {
-    numbers(text)?.try_into().map_err(|_| "give three angles in degrees, e.g. 0,0,180".to_owned())
-}
-
-fn resolution(text: &str) -> Result<(usize, usize), String> {
-    let parts = text.split_once(['x', '×']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
-    parts.ok_or_else(|| "give columns and rows, e.g. 640x480".to_owned())
-}
-
 fn scale_range(text: &str) -> Result<(f64, f64), String> {
     match numbers(text)?[..] {
         [low, high] if low > 0.0 && high >= low => Ok((low, high)),
@@ -634,12 +384,6 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn shards_are_parts_of_a_whole() {
-        assert_eq!("2/8".parse(), Ok(Shard { part: 2, of: 8 }));
-        assert!(["0/8", "9/8", "1", "1/0", "a/b", "-1/2"].iter().all(|text| text.parse::<Shard>().is_err()));
     }
 
     #[test]
