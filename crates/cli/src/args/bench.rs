@@ -37,7 +37,7 @@ pub struct BenchArgs {
     /// Name the walks and do nothing
     #[arg(long)]
     pub list: bool,
-    /// Shared arguments; seeds are the suite's
+    /// Shared arguments; a seed here runs that one only
     #[command(flatten)]
     pub common: Common,
 }

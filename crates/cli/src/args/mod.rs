@@ -83,7 +83,7 @@ pub enum Command {
 Everything that can be said of a scene stands in the scene.toml that is written; --scene reads it back.")]
     Sim(SimArgs),
     /// Scores localisers on many walks: real ones, simulated ones, or those of a suite of your own
-    #[command(after_help = "Suites that come along: smoke (under a minute), sim, real, odometry, speed.
+    #[command(mut_arg("output", |output| output.required(false).default_value("planwalk-bench")), after_help = "Suites that come along: smoke (under a minute), sim, real, odometry, speed.
 
 Examples:
   planwalk bench smoke -o out
@@ -91,6 +91,7 @@ Examples:
   planwalk bench sim -o out --shard 2/8          (then put the shards' results.jsonl together)
   planwalk bench sim -o out --resume             (goes on where it was stopped)
   planwalk bench sim -o new --compare old/results.jsonl
+  planwalk bench sim --only office/0/3 --seed 0 --method planwalk -o one
   planwalk bench mine.toml --data . -o out")]
     Bench(BenchArgs),
 }

@@ -7,6 +7,7 @@ use planwalk::Method;
 use planwalk::bench::table::Table;
 use planwalk::bench::{self, Record};
 use planwalk::figure::{BenchPicture, png_of};
+use planwalk::types::Status;
 use serde::Serialize;
 
 use crate::args::{BenchArgs, MethodName};
@@ -66,11 +67,12 @@ fn finish(
     page.push_str(
         "\nIn brackets: 95 % intervals over walks and seeds (bootstrap; Wilson for shares). Median over walks where no % is said.\n",
     );
+    page.push_str(&confidently_wrong(records, &args.suite));
     if let Some(before) = before {
         let changes = bench::compare(before, records);
         let compared = bench::compare::table(&changes);
         page.push_str(&format!("\n## Changes\n\n{}", compared.markdown()));
-        page.push_str(&flips(before, records));
+        page.push_str(&flips(before, records, &args.suite));
     }
     output.write("table.md", &page)?;
     let title = format!("planwalk bench {}: {}", suite.name, suite.about);
@@ -94,15 +96,28 @@ fn finish(
     Ok(())
 }
 
+/// What runs one walk again.
+fn again(record: &Record, suite: &str) -> String {
+    let Record { case, seed, method, .. } = record;
+    format!("{case}, seed {seed}, {method} (`planwalk bench {suite} --only \"{case}\" --seed {seed} --method {method} -o DIR`)\n")
+}
+
+/// Walks whose answer was wrong and claimed to be tracking: the worst that a localiser can do.
+fn confidently_wrong(records: &[Record], suite: &str) -> String {
+    let wrong = |r: &&Record| r.status == Some(Status::Tracking) && r.place.as_ref().is_some_and(|p| !p.track.end_right);
+    let line = |r: &Record| format!("* {:.1} m off: {}", r.place.as_ref().map_or(0.0, |p| p.track.end_m), again(r, suite));
+    let lines: String = records.iter().filter(wrong).map(line).collect();
+    if lines.is_empty() { lines } else { format!("\n## Wrong at the end, and yet tracking\n\n{lines}") }
+}
+
 /// Walks that were right and are not, or the other way round, each with what repeats it.
-fn flips(before: &[Record], after: &[Record]) -> String {
-    let flips = bench::compare::flips(before, after);
+fn flips(before: &[Record], after: &[Record], suite: &str) -> String {
     let line = |(record, now_right): &(&Record, bool)| {
-        let (case, seed, method) = (&record.case, record.seed, &record.method);
         let way = if *now_right { "wrong → right" } else { "right → wrong" };
-        format!("* {way}: {case}, seed {seed}, {method} (`planwalk bench {} --only \"{case}\" --method {method} -o DIR`)\n", record.suite)
+        format!("* {way}: {}", again(record, suite))
     };
-    if flips.is_empty() { String::new() } else { format!("\n## Flips\n\n{}", flips.iter().map(line).collect::<String>()) }
+    let lines: String = bench::compare::flips(before, after).iter().map(line).collect();
+    if lines.is_empty() { lines } else { format!("\n## Flips\n\n{lines}") }
 }
 
 #[derive(Serialize)]
@@ -122,7 +137,8 @@ fn summary_json(suite: &Suite, records: &[Record], table: &Table) -> String {
 }
 
 fn chosen<'a>(suite: &'a Suite, args: &BenchArgs) -> Result<Vec<Job<'a>>, Failure> {
-    let mut jobs = suite.jobs(args.seeds);
+    let mut jobs = suite.jobs(args.common.seed.map(|seed| seed.saturating_add(1)).or(args.seeds));
+    jobs.retain(|job| args.common.seed.is_none_or(|seed| job.seed == seed));
     if let Some(text) = &args.only {
         jobs.retain(|job| job.name.contains(text.as_str()));
         if jobs.is_empty() {

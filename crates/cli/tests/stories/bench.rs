@@ -88,6 +88,18 @@ fn shards_together_are_the_whole_and_an_interrupted_bench_goes_on() {
 }
 
 #[test]
+fn one_walk_with_one_seed_is_run_again_as_it_was() {
+    let dir = folder();
+    let (suite, all, one) = (suite(dir.path(), SUITE), dir.path().join("all"), dir.path().join("one"));
+    bench(&suite, &all, &["--method", "report", "--seeds", "3"]);
+    bench(&suite, &one, &["--method", "report", "--only", "flat/0/1", "--seed", "2"]);
+    let (all, one) = (records(&all), records(&one));
+    assert_eq!((all.len(), one.len()), (6, 1));
+    let same = all.iter().find(|r| r.key() == one[0].key()).unwrap();
+    assert_eq!((one[0].seed, scored(&one[0])), (2, scored(same)));
+}
+
+#[test]
 fn a_changed_suite_is_run_again_and_compared_with_before() {
     let dir = folder();
     let (old, new) = (dir.path().join("old"), dir.path().join("new"));
