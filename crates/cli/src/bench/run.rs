@@ -140,7 +140,7 @@ fn answers(job: &Job<'_>, methods: &[Method]) -> Vec<Answer> {
     let case = job.case;
     if case.track.is_some() {
         vec![Answer::Foreign]
-    } else if case.plan.is_none() && case.simulate.is_none() {
+    } else if case.tracking_only || case.plan.is_none() && case.simulate.is_none() {
         vec![Answer::Odometry]
     } else {
         methods.iter().map(|method| Answer::Localiser(*method)).collect()

@@ -96,6 +96,9 @@ pub struct Case {
     pub truth_offset_s: f64,
     /// A truth this coarse is interpolated, seconds.
     pub truth_gap_s: Option<f64>,
+    /// Whether only the odometry is scored, though there is a plan.
+    #[serde(default)]
+    pub tracking_only: bool,
     /// Whether the localiser is told where the walk begins (within half a metre and 10°).
     #[serde(default)]
     pub start_known: bool,

@@ -205,7 +205,13 @@ fn simulated(job: &Job<'_>, simulate: &Simulate) -> Result<Prepared, String> {
 /// Somebody else's answer.
 fn foreign(case: &Case, data: &Path, track: &Path) -> Result<Prepared, String> {
     let truth = Truth::read(case, data)?;
-    let file = planwalk_io::trajectory::read(&data.join(track), &poses_options(case)?).map_err(say("the track", track))?;
+    let (path, options) = (data.join(track), poses_options(case)?);
+    let mut file = planwalk_io::trajectory::read(&path, &options).map_err(say("the track", track))?;
+    let of_truth = case.truth.as_ref().and_then(|truth| planwalk_io::trajectory::times_beside(&data.join(truth)));
+    if let (PosesFormat::Kitti, None, Some(times)) = (file.format, planwalk_io::trajectory::times_beside(&path), of_truth) {
+        // KITTI's estimates are written without times: they are those of the truth.
+        file = planwalk_io::trajectory::read_with_times(&path, &options, &times).map_err(say("the track", track))?;
+    }
     let path = file.trajectory.to_path(&StepNoise::default());
     let walk = Walk { path, sightings: Vec::new(), scale: OdometryScale::Metric };
     let (mut scores, mut place) = (None, None);
