@@ -16,8 +16,9 @@ pub struct Output {
 
 /// Results that would contradict those of another run. Files that may be somebody's input (odometry, sightings, cameras, plans,
 /// truths) are not among them: they are only ever overwritten.
-const RESULTS: [&str; 21] = [
+const RESULTS: [&str; 22] = [
     "result.json",
+    "timing.json",
     "track.csv",
     "filter.csv",
     "track.tum",

@@ -5,12 +5,15 @@ use std::path::Path;
 use clap::ValueEnum;
 use nalgebra::{Matrix3, Vector3};
 use planwalk::evaluate::{
-    Alignment, AssociateOptions, Curves, EvaluateError, Evaluation, OdometryScoreOptions, PlaceOptions, curves, odometry, place, words,
+    Alignment, AssociateOptions, Curves, EvaluateError, Evaluation, OdometryScoreOptions, PlaceOptions, Timing, curves, odometry, place,
+    words,
 };
 use planwalk::figure::{CalibrationPicture, ErrorPicture, OverlayPicture, png_of};
 use planwalk::result::{OptionEntry, ResultFile};
 use planwalk::types::{Body, Estimate, Odom, Plan, PlanPose, Rigid3, Stamp, Status};
 use planwalk_io::trajectory::{self, PosesFile, PosesFormat, PosesFrame, PosesOptions};
+
+use serde::de::DeserializeOwned;
 
 use super::name_of;
 use crate::args::EvalArgs;
@@ -33,6 +36,8 @@ struct Answer {
     places: Vec<(f64, PlanPose)>,
     /// The odometry, where there is one.
     odometry: Option<Odometry>,
+    /// How long the run took, where it said so.
+    timing: Option<Timing>,
 }
 
 /// An odometry, and what is free when nothing was said.
@@ -55,6 +60,7 @@ pub fn run(args: &EvalArgs) -> Result<(), Failure> {
     check_frames(&truth, &answer, args)?;
     let curves = score_place(&mut evaluation, &answer, &truth, args)?;
     let aligned = score_odometry(&mut evaluation, &answer, &truth, args)?;
+    evaluation.pace = answer.timing.and_then(|timing| timing.pace());
     for note in &evaluation.notes {
         voice.say(&format!("note: {note}"));
     }
@@ -115,7 +121,7 @@ fn of_folder(args: &EvalArgs, notes: &mut Vec<String>) -> Result<Answer, Failure
         return Err(Failure::usage("--poses-format and --poses-frame are for a single trajectory; a folder of results says them itself"));
     }
     let file = |name: &str| Some(args.result.join(name)).filter(|path| path.is_file());
-    let result = file("result.json").map(|path| read_result(&path)).transpose()?;
+    let result: Option<ResultFile> = file("result.json").map(|path| read_json(&path)).transpose()?;
     let track = file("track.csv").map(|path| read_table(&path)).transpose()?;
     let filter = file("filter.csv").filter(|_| track.is_some()).map(|path| read_table(&path)).transpose()?.unwrap_or_default();
     let odometry = file("odometry.tum").map(|path| read_odometry(&path, result.as_ref())).transpose()?;
@@ -128,10 +134,11 @@ fn of_folder(args: &EvalArgs, notes: &mut Vec<String>) -> Result<Answer, Failure
     }
     let entries = result.map(|r| r.hypotheses).unwrap_or_default();
     let places = entries.iter().map(|h| (h.probability, PlanPose::new(h.pose.x_m, h.pose.y_m, h.pose.yaw_rad))).collect();
-    Ok(Answer { track, filter, places, odometry })
+    let timing = file("timing.json").map(|path| read_json(&path)).transpose()?;
+    Ok(Answer { track, filter, places, odometry, timing })
 }
 
-fn read_result(path: &Path) -> Result<ResultFile, Failure> {
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
     let text = std::fs::read_to_string(path).map_err(|why| Failure::input("the result", why, path))?;
     serde_json::from_str(&text).map_err(|why| Failure::input("the result", why, path))
 }

@@ -1,6 +1,8 @@
 //! `planwalk locate`: where on the plan was it walked?
 
 use planwalk::evaluate::{AssociateOptions, PlaceOptions, place};
+use std::time::Instant;
+
 use planwalk::figure::{ParticlePicture, TrackPicture};
 use planwalk::locate::LocateError;
 use planwalk::result::TruthEntry;
@@ -93,9 +95,12 @@ pub fn localize(
     truth: &[(Stamp, PlanPose)],
 ) -> Result<(), Failure> {
     let bar = task.voice.bar("localising", Some(1000));
+    let began = Instant::now();
     let run = planwalk::localize(walk, plan, options, &mut |share| bar.set_position((1000.0 * share) as u64)).map_err(refused)?;
     bar.finish_and_clear();
     let found = &run.localization;
+    task.timing.locate_s = Some(began.elapsed().as_secs_f64());
+    task.timing.walk_s = found.track.first().zip(found.track.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp));
     task.result.set_localization(found);
     if !truth.is_empty() {
         task.result.truth = truth_entry(&found.track, truth);

@@ -9,6 +9,7 @@ pub mod sim;
 pub mod track;
 pub mod video;
 
+use planwalk::evaluate::Timing;
 use planwalk::figure::png_of;
 use planwalk::result::{OptionEntry, ResultFile};
 
@@ -27,6 +28,8 @@ pub struct Task {
     pub result: ResultFile,
     /// The drawing of the camera's path, where there was a video; for the report.
     pub trajectory: Option<String>,
+    /// How long things took: for `timing.json`.
+    pub timing: Timing,
     json: bool,
 }
 
@@ -39,7 +42,8 @@ impl Task {
             let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
         }
         let result = ResultFile::new(command, common.seed());
-        Ok(Self { output, voice: Voice { quiet: common.quiet }, result, trajectory: None, json: common.json })
+        let timing = Timing { threads: rayon::current_num_threads(), walk_s: 0.0, odometry_s: None, locate_s: None };
+        Ok(Self { output, voice: Voice { quiet: common.quiet }, result, trajectory: None, timing, json: common.json })
     }
 
     /// Notes for the person and for `result.json`.
@@ -66,6 +70,11 @@ impl Task {
     pub fn end(self) -> Result<(), Failure> {
         let json = self.result.to_json();
         self.output.write("result.json", &json)?;
+        if self.timing.walk_s > 0.0 {
+            // Numbers always become JSON.
+            let timing = serde_json::to_string_pretty(&self.timing).unwrap_or_default();
+            self.output.write("timing.json", timing + "\n")?;
+        }
         if self.json {
             say::stdout_text(&json);
         }

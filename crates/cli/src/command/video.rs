@@ -1,6 +1,7 @@
 //! From a video to its odometry, with what is written on the way.
 
 use std::fmt::Display;
+use std::time::Instant;
 
 use planwalk::figure::TrajectoryPicture;
 use planwalk::odometry::{Odometry, OdometryError, OdometryOptions, Solver};
@@ -32,8 +33,10 @@ pub fn follow<E: Display>(task: &mut Task, clip: Clip<'_, impl Iterator<Item = R
     task.result.camera = Some(clip.camera.clone());
     let options = OdometryOptions { solver: Solver::from(clip.solver), seed: task.result.seed, ..OdometryOptions::default() };
     let bar = task.voice.bar("following", clip.count.map(|n| n as u64));
+    let began = Instant::now();
     let followed = planwalk::follow(clip.frames, clip.camera, &options, &mut |done| bar.set_position(done as u64));
     bar.finish_and_clear();
+    task.timing.odometry_s = Some(began.elapsed().as_secs_f64());
     if let Some(why) = &followed.cut_short {
         task.note([format!("the video ends early, after {} frames: {why}", followed.frames)]);
     }
@@ -65,6 +68,7 @@ fn write(task: &mut Task, odometry: &Odometry, solver: &SolverName, name: &str) 
     task.draw("trajectory", &picture)?;
     task.trajectory = Some(picture);
     let seconds = odometry.poses.first().zip(odometry.poses.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp));
+    task.timing.walk_s = seconds;
     let (frames, length, sightings) = (odometry.poses.len(), odometry.path.length(), odometry.sightings.len());
     task.result.odometry = Some(OdometryEntry { frames, seconds, length, sightings, solver });
     task.result.gaps = odometry.gaps.iter().map(Into::into).collect();

@@ -60,10 +60,18 @@ fn a_located_walk_is_scored_where_it_lies() {
     let output = eval(&out, &truth).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && output.stdout.is_empty(), "{said}");
-    for words in ["error, median (CE50)", "truth in 95 % region", "stays right from", "sure and wrong", "odometry, sim2 alignment"] {
+    for words in [
+        "error, median (CE50)",
+        "truth in 95 % region",
+        "stays right from",
+        "sure and wrong",
+        "odometry, sim2 alignment",
+        "work in a second",
+    ] {
         assert!(said.contains(words), "{words} is not in {said}");
     }
     let scores = scores(&out);
+    assert!(scores.pace.is_some_and(|pace| pace.locate.is_some_and(|p| p > 0.0) && pace.odometry.is_none() && pace.threads > 0));
     let place = scores.place.unwrap();
     // The odometry is simulated at the truth's own moments.
     assert_eq!(place.track.compared, walk.truth.len());

@@ -18,7 +18,7 @@ pub mod words;
 pub use align::{Alignment, Similarity, align};
 pub use associate::{AssociateOptions, Match, associate};
 pub use curves::{Curves, Moment, curves};
-pub use file::Evaluation;
+pub use file::{Evaluation, Pace, Timing};
 pub use odometry::{OdometryScoreOptions, OdometryScores};
 pub use place::{PlaceOptions, PlaceScores};
 pub use statistics::Summary;

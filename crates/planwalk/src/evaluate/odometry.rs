@@ -191,10 +191,13 @@ fn on_floor(pose: &Isometry3<f64>) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(at.x, at.y, 0.0).into(), turn)
 }
 
-/// Share of the truth's time between compared moments that lie no more than a few usual steps apart.
+/// Share of the truth's time between compared moments that lie no more than a few usual steps apart: the pairs' steps, or the
+/// truth's where those are longer (stamps may come in bursts).
 fn posed_share<T>(pairs: &[AlignedPair], truth: &[(Stamp, T)]) -> f64 {
     let steps: Vec<f64> = pairs.windows(2).map(|w| w[1].stamp.secs_since(w[0].stamp)).collect();
-    let usual_s = super::statistics::quantile(&steps, 0.5).unwrap_or(0.0);
+    let of_truth: Vec<f64> = truth.windows(2).map(|w| w[1].0.secs_since(w[0].0)).collect();
+    let usual = |steps: &[f64]| super::statistics::quantile(steps, 0.5).unwrap_or(0.0);
+    let usual_s = usual(&steps).max(usual(&of_truth));
     let covered_s: f64 = steps.iter().filter(|s| **s <= 5.0 * usual_s).sum();
     let whole_s = truth.first().zip(truth.last()).map_or(0.0, |(a, b)| b.0.secs_since(a.0));
     if whole_s > 0.0 { (covered_s / whole_s).min(1.0) } else { 0.0 }

@@ -16,6 +16,11 @@ pub fn text(evaluation: &Evaluation) -> String {
     if let Some(odometry) = &evaluation.odometry {
         odometry_text(&mut out, odometry);
     }
+    if let Some(pace) = &evaluation.pace {
+        let part = |name: &str, pace: Option<f64>| pace.map(|p| format!("{name} {p:.2} s")).into_iter();
+        let parts: Vec<String> = part("odometry", pace.odometry).chain(part("localisation", pace.locate)).collect();
+        let _ = writeln!(out, "work in a second of walk: {}, on {} threads", parts.join(", "), pace.threads);
+    }
     out
 }
 
