@@ -1,7 +1,7 @@
 //! `planwalk sim`: a walk with known truth, as pictures or as odometry.
 
 use planwalk::tables;
-use planwalk::types::{FloorPlan, GrayImage, VideoFrame};
+use planwalk::types::{FloorPlan, GrayImage, Stamp, VideoFrame};
 use planwalk_sim::{CameraOptions, OdometryNoise, Scene, SceneOptions, SimError, SimulatedOdometry, WalkStatistics, walk_statistics};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -101,7 +101,6 @@ fn video(args: &SimArgs, file: &SceneFile, site: &Site, output: &Output, voice: 
         let _ = std::fs::remove_file(&mp4);
         notes.push("no video.mp4: there is no ffmpeg program with an H.264 encoder on the PATH; frames/ is the video".to_owned());
     }
-    let truth = scene.truth();
     let summary = Summary {
         schema: "planwalk-sim/1",
         version: env!("CARGO_PKG_VERSION"),
@@ -111,7 +110,7 @@ fn video(args: &SimArgs, file: &SceneFile, site: &Site, output: &Output, voice: 
         frames: count,
         length_m: scene.walk().length_m(),
         doors_passed: scene.walk().doors_passed(),
-        statistics: walk_statistics(&truth),
+        statistics: statistics(&scene),
         notes: &notes,
     };
     end(args, output, voice, &summary)?;
@@ -161,10 +160,21 @@ fn odometry(args: &SimArgs, file: &SceneFile, site: &Site, output: &Output, voic
         frames: 0,
         length_m: first.walk().length_m(),
         doors_passed: first.walk().doors_passed(),
-        statistics: walk_statistics(&first.truth()),
+        statistics: statistics(&first),
         notes: &[],
     };
     end(args, output, voice, &summary)
+}
+
+/// How the walk was walked, whatever the frame rate: sampled finely enough for steps.
+fn statistics(scene: &Scene) -> Option<WalkStatistics> {
+    const HZ: f64 = 30.0;
+    let count = (scene.walk().duration_s() * HZ) as usize + 1;
+    let pose = |i: usize| {
+        let stamp = Stamp((i as f64 / HZ * 1e9).round() as i64);
+        (stamp, scene.walk().at(stamp.as_secs()).plan_from_camera)
+    };
+    walk_statistics(&(0..count).map(pose).collect::<Vec<_>>())
 }
 
 fn end(args: &SimArgs, output: &Output, voice: Voice, summary: &Summary) -> Result<(), Failure> {
