@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use planwalk::types::{Body, Cam, Plan, Rigid3, Seed, Stamp};
+use planwalk::types::{Body, Cam, Plan, Rigid3, Seed};
 use planwalk_io::plan::PlanOptions;
-use planwalk_io::trajectory::{PosesFrame, PosesOptions};
+use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
 use planwalk_sim::{
     Building, BuildingOptions, CameraOptions, Lens, Look, OdometryNoise, People, PlanWorldOptions, Scene, SceneOptions, SimError, Walk,
     WalkOptions,
@@ -123,13 +123,6 @@ impl Site {
         Ok(Self::Built(Box::new(building)))
     }
 
-    fn building(&self, seed: Seed) -> Result<Building, SimError> {
-        match self {
-            Self::Built(building) => Ok((**building).clone()),
-            Self::Generated(options) => Building::generate(options, seed),
-        }
-    }
-
     /// A walker's scene. Where a building (every door shut) or a draw of the walk allows none, another is drawn, a few times.
     ///
     /// # Errors
@@ -147,32 +140,30 @@ impl Site {
         Err(refused.unwrap_or(SimError::NoWalk { wanted_m: 0.0, found_m: 0.0, tries: 0 }))
     }
 
-    /// A scene along a given path.
+    /// The building of this seed, where there is a choice.
     ///
     /// # Errors
-    /// As [`Scene::along`].
-    pub fn along(&self, walk: Walk, options: &SceneOptions) -> Result<Scene, SimError> {
-        Scene::along(self.building(options.seed)?, walk, options)
+    /// As [`Building::generate`].
+    pub fn building(&self, seed: Seed) -> Result<Building, SimError> {
+        match self {
+            Self::Built(building) => Ok((**building).clone()),
+            Self::Generated(options) => Building::generate(options, seed),
+        }
     }
 }
 
-/// A given path of the camera.
-pub fn walk_along(args: &SimArgs, path: &Path) -> Result<Walk, Failure> {
-    let refused = |why: &dyn std::fmt::Display| Failure::input("the path", why, path);
-    let options = PosesOptions { frame: Some(PosesFrame::Body), ..PosesOptions::default() };
-    let file = planwalk_io::trajectory::read(path, &options).map_err(|why| refused(&why))?;
-    let poses: Vec<(Stamp, Rigid3<Plan, Cam>)> =
-        file.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, camera_of(&Rigid3::new(pose.iso), args.path_frame))).collect();
-    let [x, y, z] = args.mount.unwrap_or_default().map(f64::to_radians);
+/// A path of the camera from a file of poses, taken as the file has them: the plan's world is not to be turned. `mount_rad` turns
+/// the camera about its right, down and forward axes on what the poses are of.
+pub fn walk_along(path: &Path, format: Option<PosesFormat>, frame: PosesFrame, mount_rad: [f64; 3]) -> Result<Walk, String> {
+    let options = PosesOptions { format, frame: Some(PosesFrame::Body), fps: None };
+    let file = planwalk_io::trajectory::read(path, &options).map_err(|why| why.to_string())?;
+    let camera = |pose: &Rigid3<_, _>| match frame {
+        PosesFrame::Camera => Rigid3::<Plan, Cam>::new(pose.iso),
+        PosesFrame::Body => Rigid3::<Plan, Body>::new(pose.iso).camera(),
+    };
+    let poses: Vec<_> = file.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, camera(pose))).collect();
+    let [x, y, z] = mount_rad;
     let turn = |axis: &nalgebra::Unit<Vector3<f64>>, angle: f64| UnitQuaternion::from_axis_angle(axis, angle);
     let mount = turn(&Vector3::x_axis(), x) * turn(&Vector3::y_axis(), y) * turn(&Vector3::z_axis(), z);
-    Walk::along(&poses, mount).map_err(|why| refused(&why))
-}
-
-/// The camera of a pose that is a camera's, or a body's that carries it level, looking ahead.
-pub fn camera_of(pose: &Rigid3<Plan, Body>, frame: PosesFrame) -> Rigid3<Plan, Cam> {
-    match frame {
-        PosesFrame::Camera => Rigid3::new(pose.iso),
-        PosesFrame::Body => pose.camera(),
-    }
+    Walk::along(&poses, mount).map_err(|why| why.to_string())
 }

@@ -7,8 +7,8 @@
 //! is uniform, because nobody told it; steps are gathered as in [`crate::Localizer`]; and it is let say `ambiguous` while the
 //! heaviest place holds little of the mass. It has no means to doubt a place that holds all of it.
 
-use nalgebra::Matrix3;
-use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, PlanPose, ScaleEstimate, Seed, Status};
+use nalgebra::{Matrix3, Vector3};
+use planwalk_types::{Body, Estimate, FloorPlan, Hypothesis, Odom, Path, PlanPose, Rigid2, ScaleEstimate, Seed, Stamp, Status};
 use rayon::prelude::*;
 
 use crate::LocateError;
@@ -158,8 +158,8 @@ impl<'a> Recipe<'a> {
         }
     }
 
-    fn estimate(&self, stamp: planwalk_types::Stamp) -> Estimate {
-        let nowhere = || (nalgebra::Vector3::zeros(), Matrix3::identity() * 1e6, 1e3, 0.0);
+    fn estimate(&self, stamp: Stamp) -> Estimate {
+        let nowhere = || (Vector3::zeros(), Matrix3::identity() * 1e6, 1e3, 0.0);
         let (mean, covariance, radius95_m, mass) =
             self.modes.modes.first().map_or_else(nowhere, |m| (m.mean, m.covariance, m.radius95_m, m.mass));
         let scale = self.options.metres_per_unit;
@@ -168,7 +168,7 @@ impl<'a> Recipe<'a> {
         Estimate { stamp, pose, covariance, radius95_m, probability: mass.clamp(0.0, 1.0), status: self.status() }
     }
 
-    fn on_plan(&self, pose: &nalgebra::Vector3<f64>) -> PlanPose {
+    fn on_plan(&self, pose: &Vector3<f64>) -> PlanPose {
         PlanPose::new(pose.x + self.plan.origin().x, pose.y + self.plan.origin().y, pose.z)
     }
 
@@ -194,16 +194,10 @@ impl<'a> Recipe<'a> {
 }
 
 /// The path as odometry has it, laid so that it ends at a pose.
-fn ending_at(path: &Path, end: PlanPose, metres_per_unit: f64) -> Vec<(planwalk_types::Stamp, PlanPose)> {
-    let poses = path.poses();
-    let metric = |pose: &planwalk_types::Rigid2<planwalk_types::Odom, planwalk_types::Body>| {
-        planwalk_types::Rigid2::<planwalk_types::Odom, planwalk_types::Body>::new(
-            pose.x * metres_per_unit,
-            pose.y * metres_per_unit,
-            pose.heading_rad,
-        )
-    };
-    let Some(last) = poses.last().map(metric) else { return Vec::new() };
+fn ending_at(path: &Path, end: PlanPose, metres_per_unit: f64) -> Vec<(Stamp, PlanPose)> {
+    let metric = |pose: &Rigid2<Odom, Body>| Rigid2::new(pose.x * metres_per_unit, pose.y * metres_per_unit, pose.heading_rad);
+    let poses: Vec<Rigid2<Odom, Body>> = path.poses().iter().map(metric).collect();
+    let Some(last) = poses.last() else { return Vec::new() };
     let plan_from_odom = end * last.inverse();
-    path.stamps().zip(&poses).map(|(stamp, pose)| (stamp, plan_from_odom * metric(pose))).collect()
+    path.stamps().zip(&poses).map(|(stamp, pose)| (stamp, plan_from_odom * *pose)).collect()
 }

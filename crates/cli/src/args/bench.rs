@@ -20,7 +20,7 @@ pub struct BenchArgs {
     #[arg(long = "method", value_enum, value_name = "NAME")]
     pub methods: Vec<MethodName>,
     /// Seeds of each walk [default: as the suite says]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "seed")]
     pub seeds: Option<u64>,
     /// Only walks whose names hold this text
     #[arg(long, value_name = "TEXT")]
@@ -49,12 +49,6 @@ pub struct Shard {
     pub part: usize,
     /// Of how many.
     pub of: usize,
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.part, self.of)
-    }
 }
 
 impl FromStr for Shard {

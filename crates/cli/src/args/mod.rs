@@ -221,8 +221,7 @@ impl PlanArgs {
     /// Writes down what was said of it.
     pub fn note(&self, task: &mut Task) {
         task.option("metres-per-pixel", self.metres_per_pixel);
-        let measure = self.measure.map(|m| format!("{},{},{},{}={}m", m.from_px.0, m.from_px.1, m.to_px.0, m.to_px.1, m.length_m));
-        task.option("measure", measure);
+        task.option("measure", self.measure);
     }
 }
 

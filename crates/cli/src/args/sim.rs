@@ -105,7 +105,7 @@ pub struct SimArgs {
     /// Poses a second of simulated odometry
     #[arg(long, value_name = "HZ", default_value_t = 5.0)]
     pub odometry_hz: f64,
-    /// Walks through the same building, for odometry
+    /// Walks through the same building; for odometry only
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub walks: u64,
     /// Shared arguments; the seed chooses building, walk and every noise

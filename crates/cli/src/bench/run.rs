@@ -89,7 +89,7 @@ impl Plan<'_> {
             suite: self.suite.name.clone(),
             group: job.case.group().to_owned(),
             case: job.name.clone(),
-            method: answer.name().to_owned(),
+            method: answer.name(),
             seed: job.seed,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             given: given(self.suite, job),
@@ -126,12 +126,11 @@ enum Answer {
 }
 
 impl Answer {
-    fn name(self) -> &'static str {
+    fn name(self) -> String {
         match self {
-            Self::Localiser(Method::Planwalk) => "planwalk",
-            Self::Localiser(Method::Report) => "report",
-            Self::Odometry => "odometry",
-            Self::Foreign => "foreign",
+            Self::Localiser(method) => method.to_string(),
+            Self::Odometry => "odometry".to_owned(),
+            Self::Foreign => "foreign".to_owned(),
         }
     }
 }
@@ -148,7 +147,7 @@ fn answers(job: &Job<'_>, methods: &[Method]) -> Vec<Answer> {
 }
 
 fn key(job: &Job<'_>, answer: &Answer) -> Key {
-    Key { case: job.name.clone(), seed: job.seed, method: answer.name().to_owned() }
+    Key { case: job.name.clone(), seed: job.seed, method: answer.name() }
 }
 
 /// Hash of all that the suite says of a walk.

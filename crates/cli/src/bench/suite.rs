@@ -235,6 +235,15 @@ impl Case {
         if self.along.is_some() && self.plan.is_none() {
             return Err("odometry along a path needs a plan to see".to_owned());
         }
+        if let Some(simulate) = &self.simulate {
+            let usual = WalkOptions { duration_s: simulate.scene.walk.duration_s, ..WalkOptions::default() };
+            if simulate.lively && simulate.scene.walk != usual {
+                return Err("a lively walker has its own habits: of scene.walk, say duration_s only".to_owned());
+            }
+            if !(simulate.odometry_hz > 0.0 && simulate.odometry_hz <= 1000.0) {
+                return Err(format!("{} poses a second is no rate: give more than 0 and at most 1000", simulate.odometry_hz));
+            }
+        }
         self.scale().map(|_| ())
     }
 }
@@ -267,6 +276,9 @@ mod tests {
         assert!(refused(head).contains("exactly one of video"));
         assert!(refused(&format!("{head}poses = \"p\"\nvideo = \"v\"\ntruth = \"t\"")).contains("video and poses"));
         assert!(refused(&format!("{head}poses = \"p\"")).contains("no truth"));
+        let simulated = format!("{head}[case.simulate]\n");
+        assert!(refused(&format!("{simulated}odometry_hz = 0")).contains("no rate"));
+        assert!(refused(&format!("{simulated}lively = true\n[case.simulate.scene.walk]\nspeed_mps = 1.0")).contains("duration_s only"));
         assert!(refused(&format!("{head}possess = \"p\"")).contains("possess"));
         assert!(refused(&format!("{head}poses = \"p\"\ntruth = \"t\"\nodometry_scale = \"feet\"")).contains("metric"));
     }

@@ -4,6 +4,7 @@
 
 use std::fmt::Display;
 use std::path::Path;
+use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use planwalk::Walk;
@@ -13,12 +14,12 @@ use planwalk::odometry::{Odometry, OdometryOptions};
 use planwalk::types::path::StepNoise;
 use planwalk::types::{Body, Cam, Estimate, FloorPlan, OdometryScale, Plan, PlanPose, Rigid3, Seed, Stamp, Status, VideoFrame};
 use planwalk_io::plan::PlanOptions;
-use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
+use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions, UnknownName};
 use planwalk_io::video::VideoOptions;
 use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions};
 
 use super::suite::{Case, Job, Simulate};
-use crate::simulate::{Site, camera_of};
+use crate::simulate::{Site, walk_along};
 
 /// Poses a second of odometry that is simulated along a given path.
 const ALONG_HZ: f64 = 5.0;
@@ -135,11 +136,9 @@ fn from_poses(case: &Case, data: &Path, poses: &Path) -> Result<Prepared, String
 fn along(job: &Job<'_>, data: &Path, path: &Path) -> Result<Prepared, String> {
     let case = job.case;
     let plan = plan(case, data)?.ok_or("odometry along a path needs a plan to see")?;
-    let frame = frame_of(case.poses_frame.as_deref())?;
-    let poses = raw_poses(&data.join(path), path, case.poses_format.as_deref())?;
-    // Whoever walks looks along the path where the file does not say; seen from above, a camera looks along its z axis.
-    let cameras = poses.iter().map(|(stamp, pose)| (*stamp, camera_of(pose, frame))).collect::<Vec<_>>();
-    let walk = planwalk_sim::Walk::along(&cameras, nalgebra::UnitQuaternion::identity()).map_err(|why| why.to_string())?;
+    let PosesOptions { format, frame, .. } = poses_options(case)?;
+    // Whoever walks looks along the path where the file does not say.
+    let walk = walk_along(&data.join(path), format, frame.unwrap_or(PosesFrame::Body), [0.0; 3]).map_err(say("the path", path))?;
     let count = (walk.duration_s() * ALONG_HZ).floor() as usize + 1;
     let stamp = |i: usize| Stamp((i as f64 / ALONG_HZ * 1e9).round() as i64);
     let truth: Vec<_> = (0..count).map(|i| (stamp(i), walk.at(stamp(i).as_secs()).on_floor)).collect();
@@ -158,7 +157,8 @@ fn simulated_walk(
     plan: FloorPlan,
 ) -> Prepared {
     // Odometry whose unit is a metre up to what was drawn says so; a localiser is told no more than a user would know.
-    let scale = if noise.scale_sigma > 0.0 { OdometryScale::Unknown } else { OdometryScale::Metric };
+    let metric = noise.scale_sigma == 0.0 && noise.metres_per_unit == 1.0;
+    let scale = if metric { OdometryScale::Metric } else { OdometryScale::Unknown };
     Prepared {
         walk: Walk { path, sightings, scale },
         plan: Some(plan),
@@ -244,11 +244,11 @@ struct Truth {
 impl Truth {
     fn read(case: &Case, data: &Path) -> Result<Self, String> {
         let path = case.truth.as_ref().ok_or("it has no truth")?;
-        let frame = frame_of(case.truth_frame.as_deref())?;
+        let frame: Option<PosesFrame> = named(case.truth_frame.as_deref())?;
         // As the file has them: the plan's world is not to be turned.
         let options = PosesOptions { frame: Some(PosesFrame::Body), fps: case.fps, ..PosesOptions::default() };
         let file = planwalk_io::trajectory::read(&data.join(path), &options).map_err(say("the truth", path))?;
-        let of_camera = frame == PosesFrame::Camera || matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices);
+        let of_camera = frame == Some(PosesFrame::Camera) || matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices);
         let shift = |stamp: Stamp| Stamp::from_secs(case.truth_offset_s).map_or(stamp, |by| Stamp(stamp.0.saturating_add(by.0)));
         let body = |iso: &nalgebra::Isometry3<f64>| if of_camera { Rigid3::<Plan, Cam>::new(*iso).body() } else { Rigid3::new(*iso) };
         let poses: Poses = file.trajectory.poses().iter().map(|(stamp, pose)| (shift(*stamp), body(&pose.iso))).collect();
@@ -308,23 +308,12 @@ fn plan(case: &Case, data: &Path) -> Result<Option<FloorPlan>, String> {
 }
 
 fn poses_options(case: &Case) -> Result<PosesOptions, String> {
-    let format =
-        case.poses_format.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
-    let frame =
-        case.poses_frame.as_deref().map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
-    Ok(PosesOptions { format, frame, fps: case.fps })
+    Ok(PosesOptions { format: named(case.poses_format.as_deref())?, frame: named(case.poses_frame.as_deref())?, fps: case.fps })
 }
 
-fn frame_of(name: Option<&str>) -> Result<PosesFrame, String> {
-    name.map_or(Ok(PosesFrame::Body), |name| name.parse().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string()))
-}
-
-/// Poses as the file has them: of whatever it is that they are of, in a world with z up.
-fn raw_poses(path: &Path, name: &Path, format: Option<&str>) -> Result<Poses, String> {
-    let format = format.map(str::parse).transpose().map_err(|why: planwalk_io::trajectory::UnknownName| why.to_string())?;
-    let options = PosesOptions { format, frame: Some(PosesFrame::Body), fps: None };
-    let file = planwalk_io::trajectory::read(path, &options).map_err(say("the path", name))?;
-    Ok(file.trajectory.poses().iter().map(|(stamp, pose)| (*stamp, Rigid3::new(pose.iso))).collect())
+/// A format or a frame by its name, where one is given.
+fn named<T: FromStr<Err = UnknownName>>(name: Option<&str>) -> Result<Option<T>, String> {
+    name.map(str::parse).transpose().map_err(|why: UnknownName| why.to_string())
 }
 
 fn say<'a, E: Display>(what: &'a str, path: &'a Path) -> impl FnOnce(E) -> String + 'a {

@@ -1,8 +1,10 @@
 //! `planwalk sim`: a walk with known truth, as pictures or as odometry.
 
+use std::path::PathBuf;
+
 use planwalk::tables;
-use planwalk::types::{FloorPlan, GrayImage, Stamp, VideoFrame};
-use planwalk_sim::{CameraOptions, OdometryNoise, Scene, SceneOptions, SimError, SimulatedOdometry, WalkStatistics, walk_statistics};
+use planwalk::types::{FloorPlan, GrayImage, Seed, Stamp, VideoFrame};
+use planwalk_sim::{CameraOptions, OdometryNoise, Scene, SceneOptions, SimError, SimulatedOdometry, Walk, WalkStatistics, walk_statistics};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -48,12 +50,36 @@ pub fn run(args: &SimArgs) -> Result<(), Failure> {
         // Built once a process; a second build can only fail in tests that call commands in one process.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
+    if args.what == SimKind::Video && args.walks > 1 {
+        return Err(Failure::usage(format!("{} walks are for odometry: planwalk sim odometry --walks {}", args.walks, args.walks)));
+    }
     let said = toml::to_string(&file).map_err(|why| Failure::output(why, &output.path("scene.toml")))?;
-    output.write("scene.toml", format!("# planwalk sim --scene scene.toml -o DIR\n{said}"))?;
+    output.write("scene.toml", format!("# {}\n{said}", again(args)))?;
     match args.what {
         SimKind::Video => video(args, &file, &site, &output, voice),
         SimKind::Odometry => odometry(args, &file, &site, &output, voice),
     }
+}
+
+/// What makes the same once more: the scene's options are in the file, what it is about and what was given are not.
+fn again(args: &SimArgs) -> String {
+    let mut command = "planwalk sim".to_owned();
+    let mut add = |option: &str, value: Option<String>| {
+        if let Some(value) = value {
+            command.push_str(&format!(" {option}{value}"));
+        }
+    };
+    let path = |path: &Option<PathBuf>| path.as_ref().map(|path| format!("{:?}", path.display().to_string()));
+    add("", (args.what == SimKind::Odometry).then(|| format!("odometry --walks {}", args.walks)));
+    add("--scene ", Some("scene.toml".to_owned()));
+    add("--plan ", path(&args.plan));
+    add("--metres-per-pixel ", args.metres_per_pixel.map(|m| m.to_string()));
+    add("--measure ", args.measure.map(|m| m.to_string()));
+    add("--path ", path(&args.path));
+    add("--path-frame ", args.path.as_ref().map(|_| format!("{:?}", args.path_frame).to_lowercase()));
+    add("--mount ", args.mount.map(|[x, y, z]| format!("{x},{y},{z}")));
+    add("--odometry-hz ", Some(args.odometry_hz.to_string()));
+    command + " -o DIR"
 }
 
 /// A scene that cannot be: an option out of its range, or no way to walk.
@@ -64,16 +90,25 @@ fn refused(why: SimError) -> Failure {
     }
 }
 
-fn scene_of(args: &SimArgs, file: &SceneFile, site: &Site) -> Result<Scene, Failure> {
-    let options = file.options();
-    match &args.path {
-        Some(path) => site.along(walk_along(args, path)?, &options).map_err(refused),
-        None => site.scene(options.seed, &options).map_err(refused),
-    }
+/// A walker's scene, or one along a given path.
+fn scene_of(site: &Site, given: Option<&Walk>, building: Seed, options: &SceneOptions) -> Result<Scene, Failure> {
+    let scene = match given {
+        Some(walk) => site.building(building).and_then(|building| Scene::along(building, walk.clone(), options)),
+        None => site.scene(building, options),
+    };
+    scene.map_err(refused)
+}
+
+/// The path of the camera, where one is given.
+fn given_walk(args: &SimArgs) -> Result<Option<Walk>, Failure> {
+    let mount_rad = args.mount.unwrap_or_default().map(f64::to_radians);
+    let walk = |path: &PathBuf| walk_along(path, None, args.path_frame, mount_rad).map_err(|why| Failure::input("the path", why, path));
+    args.path.as_ref().map(walk).transpose()
 }
 
 fn video(args: &SimArgs, file: &SceneFile, site: &Site, output: &Output, voice: Voice) -> Result<(), Failure> {
-    let scene = scene_of(args, file, site)?;
+    let options = file.options();
+    let scene = scene_of(site, given_walk(args)?.as_ref(), options.seed, &options)?;
     write_plans(output, &scene)?;
     output.write_by("camera.yaml", |path| planwalk_io::camera::write(path, scene.camera()))?;
     output.write_by("truth.tum", |path| planwalk_io::trajectory::write_tum(path, scene.truth()))?;
@@ -121,28 +156,25 @@ fn video(args: &SimArgs, file: &SceneFile, site: &Site, output: &Output, voice: 
     Ok(())
 }
 
-/// Many walks through the same building, without a picture.
+/// Many walks through the same building, without a picture. `world.yaml` is that of the first: furniture moves from walk to walk.
 fn odometry(args: &SimArgs, file: &SceneFile, site: &Site, output: &Output, voice: Voice) -> Result<(), Failure> {
     let noise = file.noise.unwrap_or_else(OdometryNoise::monocular);
     // Nobody looks at pictures: the least camera that is one.
     let camera = CameraOptions { width: 64, height: 48, calibration: None, ..file.camera.clone() };
     let base = SceneOptions { camera, ..file.options() };
-    let scene = |walk: u64| match &args.path {
-        Some(path) => {
-            let options = SceneOptions { seed: base.seed.child("walk", walk), ..base.clone() };
-            site.along(walk_along(args, path)?, &options).map_err(refused)
-        }
-        None => {
-            let seed = if walk == 0 { base.seed } else { base.seed.child("walk", walk) };
-            site.scene(base.seed, &SceneOptions { seed, ..base.clone() }).map_err(refused)
-        }
+    let given = given_walk(args)?;
+    let first = scene_of(site, given.as_ref(), base.seed, &base)?;
+    // Every walk is through the building whose plan is written; only what stands about in it moves.
+    let site = Site::Built(Box::new(first.building().clone()));
+    let another = |walk: u64| {
+        let options = SceneOptions { seed: base.seed.child("walk", walk), ..base.clone() };
+        scene_of(&site, given.as_ref(), base.seed, &options)
     };
-    let first = scene(0)?;
     write_plans(output, &first)?;
     let (bar, top) = (voice.bar("walking", Some(args.walks)), output.path(""));
     (0..args.walks).into_par_iter().try_for_each(|walk| {
         let folder = Output::beside(&if args.walks == 1 { top.clone() } else { top.join(format!("{walk:05}")) })?;
-        let scene = if walk == 0 { first.clone() } else { scene(walk)? };
+        let scene = if walk == 0 { first.clone() } else { another(walk)? };
         let simulated = scene.odometry(&noise, args.odometry_hz);
         write_odometry(&folder, &simulated)?;
         let truth = simulated.truth.iter().map(|(stamp, pose)| (*stamp, tables::upright(pose)));

@@ -69,6 +69,37 @@ fn many_walks_of_odometry_need_no_pictures() {
 }
 
 #[test]
+fn every_walk_sees_the_building_whose_plan_is_written() {
+    let dir = folder();
+    let (one, many) = (dir.path().join("one"), dir.path().join("many"));
+    let sim = |out: &Path, more: &[&str]| {
+        let mut command = planwalk();
+        command.args(["sim", "odometry", "--building", "flat", "--seed", "2", "--noise", "none", "--quiet", "-o"]).arg(out).args(more);
+        command.assert().success();
+    };
+    sim(&one, &["--duration", "10"]);
+    // The same way again and again: the building must not be another one each time.
+    let path = one.join("truth.tum");
+    sim(&many, &["--path", path.to_str().unwrap(), "--path-frame", "body", "--walks", "3"]);
+    assert_eq!(fs::read(one.join("plan.pgm")).unwrap(), fs::read(many.join("plan.pgm")).unwrap());
+    let plan = planwalk_io::plan::read(&many.join("plan.yaml"), &Default::default()).unwrap().plan;
+    for walk in ["00000", "00001", "00002"] {
+        let truth = planwalk_io::trajectory::read(&many.join(walk).join("truth.tum"), &Default::default()).unwrap().trajectory;
+        let sightings = planwalk_io::sightings::read(&many.join(walk).join("sightings.csv")).unwrap();
+        let on_wall = |s: &planwalk::types::Sighting| {
+            let pose = truth.poses().iter().find(|(stamp, _)| *stamp == s.stamp).unwrap().1.on_floor();
+            let angle = pose.heading_rad + s.bearing_rad;
+            let near = |by: f64| planwalk::types::Pt2::new(pose.x + (s.range + by) * angle.cos(), pose.y + (s.range + by) * angle.sin());
+            // A wall is 12 cm thick, a cell 5 cm.
+            (0..8).any(|i| plan.at(near(0.02 * f64::from(i) - 0.06)) == planwalk::types::Cell::Wall)
+        };
+        let share = sightings.iter().filter(|s| on_wall(s)).count() as f64 / sightings.len() as f64;
+        // Shut doors are seen, and are openings of the plan.
+        assert!(sightings.len() > 100 && share > 0.8, "walk {walk}: {share} of {} on walls", sightings.len());
+    }
+}
+
+#[test]
 fn walls_that_were_never_built_are_on_the_plan_and_not_in_the_world() {
     let dir = folder();
     let walls = |name: &str, file: &str| fs::read(dir.path().join(name).join(file)).unwrap().iter().filter(|b| **b == 0).count();
@@ -120,6 +151,7 @@ fn scenes_that_cannot_be_are_refused_with_what_to_say_instead() {
     assert!(sim(&["--building", "castle"], 2).contains("open_plan"));
     assert!(sim(&["--size", "5,5"], 2).contains("width"));
     assert!(sim(&["--odometry-hz", "0"], 2).contains("rate"));
+    assert!(sim(&["--walks", "3"], 2).contains("sim odometry"), "walks are not dropped in silence");
     assert!(sim(&["--plan", "no-plan.png", "--metres-per-pixel", "0.01"], 4).contains("no-plan.png"));
     fs::write(dir.path().join("scene.toml"), "wakl = 3\n").unwrap();
     let scene = dir.path().join("scene.toml");

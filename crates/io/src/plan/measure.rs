@@ -43,6 +43,14 @@ pub enum MeasureError {
 const UNITS: [(&str, f64); 8] =
     [("mm", 0.001), ("cm", 0.01), ("m", 1.0), ("ft", 0.3048), ("feet", 0.3048), ("'", 0.3048), ("in", 0.0254), ("\"", 0.0254)];
 
+impl std::fmt::Display for Measure {
+    /// As it can be given again.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ((u1, v1), (u2, v2)) = (self.from_px, self.to_px);
+        write!(f, "{u1},{v1},{u2},{v2}={}m", self.length_m)
+    }
+}
+
 impl FromStr for Measure {
     type Err = MeasureError;
 

@@ -148,11 +148,6 @@ pub fn recall(moments: &[Moment], within_m: f64) -> RecallPoint {
     RecallPoint { within_m, of_moments, of_distance }
 }
 
-/// The recall from 0 to `up_to_m` in `steps` steps.
-pub fn recall_curve(moments: &[Moment], up_to_m: f64, steps: u32) -> Vec<RecallPoint> {
-    (0..=steps).map(|i| recall(moments, up_to_m * f64::from(i) / f64::from(steps.max(1)))).collect()
-}
-
 /// Share of the moments whose truth lies inside the Gaussian region that claims to hold it with probability `nominal`; moments
 /// without a covariance count as outside. `None` when no moment has one.
 pub fn coverage(moments: &[Moment], nominal: f64) -> Option<f64> {

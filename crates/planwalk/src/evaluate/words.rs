@@ -114,59 +114,6 @@ fn convergence(converged: &Option<Convergence>) -> String {
     converged.map_or_else(|| "never".to_owned(), |c| format!("{:.1} m", c.distance_m))
 }
 
-/// Head of a markdown table of walks: rows by [`place_row`].
-pub const PLACE_HEAD: &str = "\
-| walk | length | median | CE95 | end | causal median | right from | 95 % region holds | sure and wrong | end status |
-|---|---|---|---|---|---|---|---|---|---|
-";
-
-/// A walk as a row under [`PLACE_HEAD`].
-pub fn place_row(name: &str, s: &PlaceScores) -> String {
-    let blank = || "–".to_owned();
-    let region = |a: &AnswerScores| a.calibration.as_ref().and_then(|c| c.regions.last().map(|r| percent(r.empirical)));
-    let filter = s.filter.as_ref();
-    let cells = [
-        cell(name),
-        format!("{:.0} m", s.length_m),
-        metres(s.track.median_m),
-        metres(s.track.ce95_m),
-        metres(s.track.end_m),
-        filter.map_or_else(blank, |f| metres(f.errors.median_m)),
-        filter.map_or_else(blank, |f| convergence(&f.converged_right)),
-        filter.and_then(|f| region(&f.errors)).unwrap_or_else(blank),
-        filter.map_or_else(blank, |f| percent(f.false_confidence)),
-        filter.map_or_else(blank, |f| f.end_status.to_string()),
-    ];
-    format!("| {} |\n", cells.join(" | "))
-}
-
-/// Head of a markdown table of odometries: rows by [`odometry_row`].
-pub const ODOMETRY_HEAD: &str = "\
-| walk | alignment | length | ATE | rotation | RPE a metre | scale | posed |
-|---|---|---|---|---|---|---|---|
-";
-
-/// An odometry as a row under [`ODOMETRY_HEAD`].
-pub fn odometry_row(name: &str, s: &OdometryScores) -> String {
-    let blank = || "–".to_owned();
-    let cells = [
-        cell(name),
-        s.alignment.to_string(),
-        format!("{:.0} m", s.length_m),
-        s.ate_percent.map_or_else(|| format!("{:.3} m", s.ate_m.rmse), |p| format!("{:.3} m = {p:.2} %", s.ate_m.rmse)),
-        s.rotation_deg.map_or_else(blank, |r| format!("{:.2}°", r.rmse)),
-        s.rpe_metre.map_or_else(blank, |r| format!("{:.3} m, {:.2}°", r.translation_m.rmse, r.rotation_deg.rmse)),
-        crate::words::significant(s.scale),
-        percent(s.posed_share),
-    ];
-    format!("| {} |\n", cells.join(" | "))
-}
-
-/// Text that does not end its cell.
-fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('\n', " ")
-}
-
 /// The curves as CSV: `answer` is `track` (smoothed) or `filter` (causal); the heading's error is empty where it is not known.
 pub fn curves_csv(curves: &Curves) -> String {
     let mut out = "answer,t_s,distance_m,error_m,heading_error_rad,radius95_m,status\n".to_owned();
