@@ -8,16 +8,15 @@
 
 use nalgebra::{Matrix3, Vector3};
 use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, Seed, Sighting, Stamp, Status, Step};
-use rayon::prelude::*;
 
 use crate::LocateError;
 use crate::history::{History, NO_PARENT};
 use crate::likelihood::{Pending, Scorer, SightingModel, View};
 use crate::modes::{Bins, Modes};
-use crate::motion::{Motion, MoveSampler, NoiseFloor};
-use crate::particles::{CHUNK, Particles, Roughening, wrapped};
+use crate::motion::{Motion, NoiseFloor};
+use crate::particles::{Particles, Roughening};
+use crate::predict::predict_and_weigh;
 use crate::prior::{self, ScalePrior, StartPrior};
-use crate::survival::Survival;
 use crate::verdict::{Evidence, VerdictOptions, verdict};
 use crate::walls::{GroundCosts, Walls};
 
@@ -415,46 +414,4 @@ fn roughening(count: usize, filled_bins: f64) -> Roughening {
     let per_bin = (count as f64 / filled_bins.max(1.0)).max(1.0);
     let apart = 0.3 * libm::pow(per_bin, -0.25);
     Roughening { metres: (0.5 * apart) as f32, heading_rad: (15f64.to_radians() * apart) as f32, log_scale: (0.1 * apart) as f32 }
-}
-
-/// The inner loop: each particle draws its motion, and pays for walls, ground and what it does not explain.
-fn predict_and_weigh(
-    cloud: &mut Particles,
-    motion: &Motion,
-    walls: &Walls,
-    view: &View<'_>,
-    options: &LocateOptions,
-    seed: Seed,
-) -> Survival {
-    let sampler = MoveSampler::new(motion, &options.noise_floor, options.scale.metres_per_unit);
-    let leak_nats = libm::log(options.leak.clamp(1e-9, 1.0)) as f32;
-    let temper = options.sightings.temper as f32;
-    let poses = (cloud.x.par_chunks_mut(CHUNK), cloud.y.par_chunks_mut(CHUNK), cloud.heading.par_chunks_mut(CHUNK));
-    let (log_scales, weights) = (cloud.log_scale.par_chunks(CHUNK), cloud.weight.par_chunks(CHUNK));
-    let empty = Survival::new(&options.scale);
-    let chunks: Vec<Survival> = (poses.0, poses.1, poses.2, log_scales, weights, cloud.log_weight.par_chunks_mut(CHUNK))
-        .into_par_iter()
-        .enumerate()
-        .map(|(chunk, (xs, ys, headings, log_scales, weights, log_weights))| {
-            let mut rng = seed.derive("move", chunk as u64);
-            let mut survival = empty.clone();
-            for i in 0..xs.len() {
-                let [forward, left, turn] = sampler.draw(&mut rng);
-                let scale = libm::expf(log_scales[i]);
-                let (s, c) = libm::sincosf(headings[i]);
-                let (dx, dy) = (scale * (c * forward - s * left), scale * (s * forward + c * left));
-                let (x, y) = (xs[i] + dx, ys[i] + dy);
-                let mut nats = walls.crossings(xs[i], ys[i], x, y) as f32 * leak_nats;
-                nats -= walls.ground_cost(x, y, (dx * dx + dy * dy).sqrt());
-                (xs[i], ys[i], headings[i]) = (x, y, wrapped(headings[i] + turn));
-                survival.add(log_scales[i], weights[i], nats);
-                if !view.is_empty() {
-                    nats += temper * view.nats(x, y, headings[i], log_scales[i]);
-                }
-                log_weights[i] += nats;
-            }
-            survival
-        })
-        .collect();
-    chunks.iter().fold(empty.clone(), |sum, chunk| sum.with(chunk))
 }

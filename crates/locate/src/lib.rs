@@ -15,6 +15,7 @@ mod modes;
 mod motion;
 mod particles;
 mod placement;
+mod predict;
 mod prior;
 mod report;
 mod run;

@@ -183,11 +183,11 @@ pub fn place(path: &Path, plan: &FloorPlan, options: &PlaceOptions, progress: &m
     let points = points_of(path)?;
     let poses = candidates(options, &points, plan.cell_m())?;
     let free = Bitmap::of(plan, |i| match plan.cells()[i] {
-        Cell::Free => true,
-        Cell::Wall => false,
+        Cell::Free | Cell::Door => true,
+        Cell::Wall | Cell::Window => false,
         Cell::Unknown => options.through_unknown,
     });
-    let starts = Bitmap::of(plan, |i| plan.cells()[i] == Cell::Free && f64::from(plan.inside()[i]) >= options.inside);
+    let starts = Bitmap::of(plan, |i| plan.cells()[i].is_floor() && f64::from(plan.inside()[i]) >= options.inside);
     let mut region = Bitmap { words: vec![0; starts.words.len()], ..starts.clone() };
     let mut heaps = Heaps::new(plan);
     let block = heaps.block;

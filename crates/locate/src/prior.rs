@@ -97,9 +97,9 @@ pub(crate) struct LocalPose {
 /// How a cell counts as a place to be: walls not at all, outside a little, inside fully.
 fn weight(cell: Cell, inside: f32) -> f64 {
     match cell {
-        Cell::Wall => 0.0,
+        Cell::Wall | Cell::Window => 0.0,
         Cell::Unknown => UNKNOWN_WEIGHT,
-        Cell::Free => OUTSIDE_WEIGHT + (1.0 - OUTSIDE_WEIGHT) * f64::from(inside),
+        Cell::Free | Cell::Door => OUTSIDE_WEIGHT + (1.0 - OUTSIDE_WEIGHT) * f64::from(inside),
     }
 }
 

@@ -52,9 +52,9 @@ impl Walls {
     /// The walls of this plan. Takes a few passes over the grid.
     pub fn new(plan: &FloorPlan, costs: GroundCosts) -> Self {
         let cost = |(cell, inside): (&Cell, &f32)| match cell {
-            Cell::Wall => costs.in_wall_nats_per_m as f32,
+            Cell::Wall | Cell::Window => costs.in_wall_nats_per_m as f32,
             Cell::Unknown => costs.unknown_nats_per_m as f32,
-            Cell::Free => costs.outside_nats_per_m as f32 * (1.0 - inside),
+            Cell::Free | Cell::Door => costs.outside_nats_per_m as f32 * (1.0 - inside),
         };
         let nats_per_m = plan.cells().iter().zip(plan.inside()).map(cost).collect();
         Self {
@@ -206,7 +206,7 @@ fn distance_field(plan: &FloorPlan) -> Vec<u8> {
     for row in 0..height {
         for column in 0..width {
             let below = if row > 0 { down[(row - 1) * width + column].saturating_add(1) } else { FAR_CELLS };
-            let wall = plan.cells()[row * width + column] == Cell::Wall;
+            let wall = plan.cells()[row * width + column].blocks();
             down[row * width + column] = if wall { 0 } else { below.min(FAR_CELLS) };
         }
     }

@@ -15,6 +15,22 @@ pub enum Cell {
     Wall,
     /// The plan says that it does not know (a robot's map). One may walk here, but nobody was seen to.
     Unknown,
+    /// A doorway: one may walk here; open, one sees through it, shut, the leaf is seen.
+    Door,
+    /// Glass: nobody walks through it, and one may see it or what is behind.
+    Window,
+}
+
+impl Cell {
+    /// Whether it stops who walks: walls and windows.
+    pub fn blocks(self) -> bool {
+        matches!(self, Self::Wall | Self::Window)
+    }
+
+    /// Whether it is floor for sure: free ground and doorways.
+    pub fn is_floor(self) -> bool {
+        matches!(self, Self::Free | Self::Door)
+    }
 }
 
 /// A straight piece of wall, metres.
@@ -96,10 +112,10 @@ impl FloorPlan {
         if cells.len() > CELL_LIMIT {
             return Err(PlanError::TooLarge { width, height, cell_m, limit: CELL_LIMIT });
         }
-        if !cells.contains(&Cell::Wall) {
+        if !cells.iter().any(|c| c.blocks()) {
             return Err(PlanError::NoWalls);
         }
-        if cells.iter().all(|c| *c == Cell::Wall) {
+        if cells.iter().all(|c| c.blocks()) {
             return Err(PlanError::NoFreeSpace);
         }
         let inside = inside::probability(cell_m, width, height, &cells);
@@ -219,13 +235,14 @@ mod inside {
         let (columns, rows) = (width.div_ceil(block), height.div_ceil(block));
         let mut wall = vec![false; columns * rows];
         for (i, cell) in cells.iter().enumerate() {
-            if *cell == Cell::Wall {
+            // Doors enclose as walls do: a room with an open door is a room.
+            if *cell == Cell::Door || cell.blocks() {
                 wall[i / width / block * columns + i % width / block] = true;
             }
         }
         let enclosed = enclosure(&wall, columns, rows);
         let graded = |e: f32| ((e - 0.5) / 0.35).clamp(0.0, 1.0);
-        let at = |i: usize| if cells[i] == Cell::Free { graded(enclosed[i / width / block * columns + i % width / block]) } else { 0.0 };
+        let at = |i: usize| if cells[i].is_floor() { graded(enclosed[i / width / block * columns + i % width / block]) } else { 0.0 };
         (0..cells.len()).map(at).collect()
     }
 

@@ -48,6 +48,8 @@ impl Pixels {
 fn strongest(a: Cell, b: Cell) -> Cell {
     match (a, b) {
         (Cell::Wall, _) | (_, Cell::Wall) => Cell::Wall,
+        (Cell::Window, _) | (_, Cell::Window) => Cell::Window,
+        (Cell::Door, _) | (_, Cell::Door) => Cell::Door,
         (Cell::Free, _) | (_, Cell::Free) => Cell::Free,
         (Cell::Unknown, Cell::Unknown) => Cell::Unknown,
     }

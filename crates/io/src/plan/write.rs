@@ -7,8 +7,8 @@ pub fn ros_map_image(plan: &FloorPlan) -> Vec<u8> {
     let mut bytes = format!("P5\n{} {}\n255\n", plan.width(), plan.height()).into_bytes();
     for row in plan.cells().chunks(plan.width()).rev() {
         bytes.extend(row.iter().map(|cell| match cell {
-            Cell::Wall => 0u8,
-            Cell::Free => 254,
+            Cell::Wall | Cell::Window => 0u8,
+            Cell::Free | Cell::Door => 254,
             Cell::Unknown => 205,
         }));
     }

@@ -4,6 +4,10 @@ use planwalk_types::Status;
 
 /// Walls.
 pub(super) const WALL: &str = "#37474f";
+/// Doorways.
+pub(super) const DOOR: &str = "#d7ccc8";
+/// Glass.
+pub(super) const WINDOW: &str = "#81d4fa";
 /// Floor inside the building.
 pub(super) const FLOOR: &str = "#ffffff";
 /// Outside, and what the plan does not know.

@@ -26,7 +26,7 @@ impl Bounds {
     /// Around the walls of a plan.
     pub(super) fn of_walls(plan: &FloorPlan) -> Self {
         let half = 0.5 * plan.cell_m();
-        let walls = plan.cells().iter().enumerate().filter(|(_, cell)| **cell == Cell::Wall);
+        let walls = plan.cells().iter().enumerate().filter(|(_, cell)| cell.blocks());
         let centres = walls.map(|(i, _)| plan.centre(i % plan.width(), i / plan.width()));
         // A plan has walls, so the fallback is never seen.
         Self::of(centres).map_or(Self { low: (0.0, 0.0), high: (1.0, 1.0) }, |b| b.grown(half))
@@ -88,7 +88,9 @@ impl MapView {
         let (width, height) = self.size_px();
         svg.rect(self.left_px, self.top_px, width, height, colour::OUTSIDE, 1.0);
         self.clip(svg);
-        self.fill_cells(svg, plan, colour::FLOOR, 1.0, false, &|i| plan.inside()[i] > 0.5 || plan.cells()[i] == Cell::Wall);
+        self.fill_cells(svg, plan, colour::FLOOR, 1.0, false, &|i| plan.inside()[i] > 0.5 || plan.cells()[i].blocks());
+        self.fill_cells(svg, plan, colour::DOOR, 1.0, true, &|i| plan.cells()[i] == Cell::Door);
+        self.fill_cells(svg, plan, colour::WINDOW, 1.0, true, &|i| plan.cells()[i] == Cell::Window);
         self.fill_cells(svg, plan, colour::WALL, 1.0, true, &|i| plan.cells()[i] == Cell::Wall);
         svg.end_clip();
     }

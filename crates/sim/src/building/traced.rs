@@ -86,9 +86,9 @@ fn resample(plan: &FloorPlan) -> (Traced, Vec<bool>) {
                 let line = row * plan.width();
                 for i in line + columns.start..line + columns.end {
                     match plan.cells()[i] {
-                        Cell::Wall => walls += 1,
+                        Cell::Wall | Cell::Window => walls += 1,
                         Cell::Unknown => unknown += 1,
-                        Cell::Free => {
+                        Cell::Free | Cell::Door => {
                             free += 1;
                             within += plan.inside()[i];
                         }
