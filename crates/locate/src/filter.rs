@@ -7,11 +7,12 @@
 //! draws it back) and a score (sightings are densities in the odometry's own unit, see [`crate::likelihood`]).
 
 use nalgebra::{Matrix3, Vector3};
-use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, Seed, Sighting, Stamp, Status, Step};
+use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, Seed, Sighting, Stamp, Status, Step, wrap_angle};
 
 use crate::LocateError;
 use crate::history::{History, NO_PARENT};
 use crate::likelihood::{Pending, Scorer, SightingModel, View};
+use crate::look::{Atlas, Due, Leaf, LookOptions, Watch, Window, look};
 use crate::modes::{Bins, Modes};
 use crate::motion::{Motion, NoiseFloor};
 use crate::particles::{Particles, Roughening};
@@ -61,9 +62,14 @@ pub struct LocateOptions {
     pub resample_below: f64,
     /// When a place is believed.
     pub verdict: VerdictOptions,
-    /// Spread new particles over the plan when lost (sensor resetting; Thrun, Burgard & Fox 2005, §8.3.5). Not where a start
-    /// was given: whoever says where the walk began is believed before sightings that explain little.
+    /// Look over the whole plan: at first, now and then, and when what is seen is not explained any more (mixture MCL, Thrun et
+    /// al. 2001; the kidnapped robot). Not where a start was given: whoever says where the walk began is believed before sightings
+    /// that explain little.
     pub relocalise: bool,
+    /// Most particles at an unknown start where sightings are to come: the first look finds what so few leave out.
+    pub particles_seeing: usize,
+    /// How the whole plan is looked at.
+    pub look: LookOptions,
     /// Most independent runs over a whole walk whose start is unknown; two that agree on the best place end the search. A
     /// filter that loses the right place among a million others loses it for good; another one, with other draws, may not.
     pub attempts: usize,
@@ -90,7 +96,9 @@ impl LocateOptions {
             resample_below: 0.5,
             verdict: VerdictOptions::default(),
             relocalise: true,
-            attempts: 4,
+            particles_seeing: 150_000,
+            look: LookOptions::default(),
+            attempts: 1,
         }
     }
 
@@ -175,8 +183,10 @@ pub struct Localizer<'a> {
     since_resampling_m: f64,
     /// Variance of the changes of the odometry's unit since then.
     unit_variance: f64,
-    /// Metres walked since the plan was last covered anew.
-    since_reset_m: f64,
+    /// The plan prepared for looks, once one was due.
+    atlas: Option<Atlas>,
+    near_past: Window,
+    watch: Watch,
 }
 
 impl<'a> Localizer<'a> {
@@ -199,7 +209,10 @@ impl<'a> Localizer<'a> {
                 let headings = if start.heading_rad.is_some() { start.sigma_rad.min(1.0) } else { 1.0 };
                 prior::around(start, plan, &walls, by_area(4.0 * ground_m2 * headings).max(2 * least).min(most), options.seed)
             }
-            None => prior::cover(plan, by_area(prior::weighted_area_m2(plan)).max(most.min(50_000)), options.seed),
+            None => {
+                let most = if options.relocalise { most.min(options.particles_seeing) } else { most };
+                prior::cover(plan, by_area(prior::weighted_area_m2(plan)).max(50_000).min(most), options.seed)
+            }
         };
         let cloud = prior::particles(&poses, &options.scale, options.seed);
         let mut history = History::default();
@@ -228,7 +241,9 @@ impl<'a> Localizer<'a> {
             updates: 0,
             since_resampling_m: 0.0,
             unit_variance: 0.0,
-            since_reset_m: 0.0,
+            atlas: None,
+            near_past: Window::default(),
+            watch: Watch::default(),
         })
     }
 
@@ -309,28 +324,63 @@ impl<'a> Localizer<'a> {
         self.cloud.normalize();
         self.modes = self.bins.modes(&self.cloud);
         let view = self.scorer.on(&self.walls, &rays);
+        let gain = if view.is_empty() { 0.0 } else { self.gain(&view) };
         if !view.is_empty() {
-            let gain_nats = self.gain(&view);
-            self.evidence.add(gain_nats, moved_m, &self.options.verdict);
+            self.evidence.add(gain, moved_m, &self.options.verdict);
         }
+        self.near_past.push(motion, &rays, self.options.scale.metres_per_unit);
+        let looks = self.options.relocalise && self.options.start.is_none() && !rays.is_empty();
+        let due = if looks { self.watch.add(gain, moved_m, &self.options.look) } else { None };
         self.status = verdict(&self.modes, &self.evidence, self.options.start.is_some(), &self.options.verdict);
         let parents = std::mem::take(&mut self.parents);
         self.history.push(&self.cloud, parents, motion, self.roughened.take(), rays);
         self.parents = (0..self.cloud.len() as u32).collect();
         self.since_resampling_m += moved_m;
         self.unit_variance += motion.unit_variance;
-        self.since_reset_m += moved_m;
-        self.resample_or_reset(seed);
+        if self.cloud.effective_share() < self.options.resample_below || self.unit_variance > UNIT_CHANGED {
+            self.resample(seed);
+        }
+        if let Some(due) = due {
+            self.look_around(due, seed);
+        }
         self.updates += 1;
     }
 
-    fn resample_or_reset(&mut self, seed: Seed) {
-        let lost = self.status == Status::Lost && self.options.relocalise && self.options.start.is_none();
-        if lost && self.since_reset_m > 2.0 * self.options.verdict.memory_m {
-            self.resample(seed);
-            self.cover_anew(seed);
-        } else if self.cloud.effective_share() < self.options.resample_below || self.unit_variance > UNIT_CHANGED {
-            self.resample(seed);
+    /// Looks over the whole plan for places that explain the last metres, and gives them a share of the cloud.
+    fn look_around(&mut self, due: Due, seed: Seed) {
+        let options = &self.options;
+        let Some(scene) = self.near_past.scene(options.look.way_m, options.scale.metres_per_unit, options.look.rays) else { return };
+        let atlas = self.atlas.get_or_insert_with(|| Atlas::new(self.plan, &self.walls));
+        // Only to make sure, scales are tried near the one that is believed; in doubt all are.
+        let (log_scale, sigma) = self.cloud.scale();
+        let believed =
+            ScalePrior { metres_per_unit: libm::exp(log_scale), relative_sigma: sigma.max(0.02).min(options.scale.relative_sigma) };
+        let scale = if due == Due::Check { believed } else { options.scale };
+        let looked = look(atlas, &self.walls, &self.scorer, &scene, &LocateOptions { scale, ..options.clone() });
+        let best = self.modes.modes.first().map(|m| m.mean);
+        let known = |leaf: &Leaf| {
+            best.is_some_and(|b| {
+                let (dx, dy, turn) = (f64::from(leaf.x) - b.x, f64::from(leaf.y) - b.y, wrap_angle(f64::from(leaf.heading) - b.z));
+                due != Due::First && dx.hypot(dy) < 1.5 && turn.abs() < 0.5
+            })
+        };
+        let (elsewhere, mass) = looked.without(known);
+        let most = match due {
+            Due::First | Due::Doubt => 0.9,
+            Due::Check => 0.1,
+        };
+        let share = mass.min(most);
+        if elsewhere.leaves.is_empty() || share < 0.01 {
+            return;
+        }
+        self.resample(seed);
+        let count = if due == Due::Check { self.options.look.particles / 5 } else { self.options.look.particles };
+        let fresh = elsewhere.draw(count, seed);
+        self.cloud.join(&fresh, share);
+        self.parents.resize(self.cloud.len(), NO_PARENT);
+        self.particles_most = self.particles_most.max(self.cloud.len());
+        if share > 0.5 && due == Due::Doubt {
+            self.evidence = Evidence::default();
         }
     }
 
@@ -368,18 +418,6 @@ impl<'a> Localizer<'a> {
         self.since_resampling_m = 0.0;
         self.cloud.roughen(&by, &self.options.scale, seed);
         self.roughened = Some(by);
-    }
-
-    /// Most of the mass goes to new particles all over the plan: what was believed is known to be wrong.
-    fn cover_anew(&mut self, seed: Seed) {
-        let area = prior::weighted_area_m2(self.plan);
-        let count = ((area * self.options.particles_per_m2) as usize).clamp(1, self.options.particles_max.max(1));
-        let fresh = prior::particles(&prior::cover(self.plan, count, seed), &self.options.scale, seed);
-        self.cloud.join(&fresh, 0.9);
-        self.parents.resize(self.cloud.len(), NO_PARENT);
-        self.particles_most = self.particles_most.max(self.cloud.len());
-        self.since_reset_m = 0.0;
-        self.evidence = Evidence::default();
     }
 
     /// What is known now.

@@ -11,6 +11,7 @@ mod attempts;
 mod filter;
 mod history;
 mod likelihood;
+mod look;
 mod modes;
 mod motion;
 mod particles;
@@ -26,6 +27,7 @@ mod walls;
 
 pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
+pub use look::{FirstLook, LookOptions, first_look};
 pub use motion::NoiseFloor;
 pub use placement::{PlaceOptions, Placement, PlacementMode, place};
 pub use prior::{ScalePrior, StartPrior};

@@ -59,6 +59,23 @@ impl Motion {
         }
     }
 
+    /// This motion followed by another.
+    pub(crate) fn then_motion(&self, next: &Motion) -> Self {
+        let (s, c) = libm::sincos(self.turn_rad);
+        let moved = (c * next.forward - s * next.left, s * next.forward + c * next.left);
+        let by_start = Matrix3::new(1.0, 0.0, -moved.1, 0.0, 1.0, moved.0, 0.0, 0.0, 1.0);
+        let by_next = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+        Self {
+            forward: self.forward + moved.0,
+            left: self.left + moved.1,
+            turn_rad: self.turn_rad + next.turn_rad,
+            covariance: by_start * self.covariance * by_start.transpose() + by_next * next.covariance * by_next.transpose(),
+            length: self.length + next.length,
+            turned_rad: self.turned_rad + next.turned_rad,
+            unit_variance: self.unit_variance + next.unit_variance,
+        }
+    }
+
     /// A point of the end's body frame in the start's.
     pub(crate) fn start_from_end(&self, x: f64, y: f64) -> (f64, f64) {
         let (s, c) = libm::sincos(self.turn_rad);

@@ -145,10 +145,9 @@ impl Particles {
         );
     }
 
-    /// Adds other particles; `share` is what they weigh together.
+    /// Adds other particles, in proportion to their weights; `share` is what they weigh together.
     pub(crate) fn join(&mut self, others: &Particles, share: f64) {
-        let (here, there) = (self.len(), others.len());
-        if there == 0 {
+        if others.len() == 0 {
             return;
         }
         self.weight.iter_mut().for_each(|w| *w *= (1.0 - share) as f32);
@@ -156,7 +155,8 @@ impl Particles {
         self.y.extend_from_slice(&others.y);
         self.heading.extend_from_slice(&others.heading);
         self.log_scale.extend_from_slice(&others.log_scale);
-        self.weight.resize(here + there, (share / there as f64) as f32);
+        let theirs: f64 = others.weight.iter().map(|w| f64::from(*w)).sum();
+        self.weight.extend(others.weight.iter().map(|w| (share * f64::from(*w) / theirs) as f32));
         self.log_weight = self.weight.iter().map(|w| libm::logf(w.max(f32::MIN_POSITIVE))).collect();
     }
 

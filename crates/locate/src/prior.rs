@@ -95,12 +95,19 @@ pub(crate) struct LocalPose {
 }
 
 /// How a cell counts as a place to be: walls not at all, outside a little, inside fully.
-fn weight(cell: Cell, inside: f32) -> f64 {
+pub(crate) fn weight(cell: Cell, inside: f32) -> f64 {
     match cell {
         Cell::Wall | Cell::Window => 0.0,
         Cell::Unknown => UNKNOWN_WEIGHT,
         Cell::Free | Cell::Door => OUTSIDE_WEIGHT + (1.0 - OUTSIDE_WEIGHT) * f64::from(inside),
     }
+}
+
+/// The weight of a place off the grid, local metres; 0 on it, where the cells know better.
+pub(crate) fn weight_beyond(&(x, y): &(f32, f32), walls: &Walls) -> f64 {
+    let (size_x, size_y) = walls.size_m();
+    let held = x >= 0.0 && y >= 0.0 && x < size_x && y < size_y;
+    if held { 0.0 } else { OUTSIDE_WEIGHT }
 }
 
 /// Floor weighed by how likely one is on it, m².

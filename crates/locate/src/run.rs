@@ -98,6 +98,8 @@ pub fn localize_observed(
     let mut sightings: Vec<Sighting> = sightings.to_vec();
     sightings.sort_by_key(|s| s.stamp);
     let most = if options.start.is_some() || sightings.is_empty() { 1 } else { options.attempts.max(1) };
+    // Where nothing is seen, no look finds anything: many particles have to do.
+    let options = &LocateOptions { relocalise: options.relocalise && !sightings.is_empty(), ..options.clone() };
     let mut runs: Vec<Attempt> = Vec::new();
     while runs.len() < most && !attempts::settled(&runs, &options.verdict) {
         let index = runs.len();

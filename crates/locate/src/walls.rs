@@ -73,6 +73,11 @@ impl Walls {
         self.cell_m
     }
 
+    /// Width and height of the grid, metres.
+    pub fn size_m(&self) -> (f32, f32) {
+        (self.width as f32 * self.cell_m, self.height as f32 * self.cell_m)
+    }
+
     /// Which cell holds (x, y); `None` beyond the grid, and for what is not a number.
     #[inline]
     fn index(&self, x: f32, y: f32) -> Option<usize> {
@@ -189,7 +194,7 @@ impl Walls {
         let per_m = if let Some(index) = self.index(x, y) {
             self.nats_per_m[index]
         } else {
-            let (size_x, size_y) = (self.width as f32 * self.cell_m, self.height as f32 * self.cell_m);
+            let (size_x, size_y) = self.size_m();
             let off = (-x).max(x - size_x).max(-y).max(y - size_y);
             let within = off <= self.costs.margin_m as f32;
             self.costs.beyond_nats_per_m as f32 * if within { 1.0 } else { 10.0 }

@@ -1,0 +1,282 @@
+//! Where on the plan can the last metres have been? Everywhere is looked at, before any particle falls there.
+//!
+//! window of way + sightings ──bounds for every cell, heading and scale──▶ what may be good ──exact score──▶ leaves ──▶ modes
+//!
+//! Branch and bound on four dimensions (x, y, heading, scale), as correlative scan matching does it on three (Olson 2009; Hess et
+//! al. 2016): a bound that no pose of a cell can beat decides whether the cell is looked into. The bound is the horizon's
+//! ([`horizon`]): a sighting that is farther than any wall there goes through one, one that is nearer than all is furniture.
+//! Sixteen cells are bounded by one instruction. What is skipped is by [`LookOptions::keep_nats`] worse than the best place.
+//! Pitfall: the window must be stiff; over tens of metres odometry drifts, and no rigid placement fits.
+
+mod horizon;
+mod sweep;
+mod watch;
+mod window;
+
+use horizon::Horizon;
+pub(crate) use watch::{Due, Watch};
+pub(crate) use window::{Scene, Window};
+
+use planwalk_types::{FloorPlan, Hypothesis, Path, PlanPose, ScaleEstimate, Seed, Sighting};
+use rayon::prelude::*;
+
+use crate::LocateError;
+use crate::filter::LocateOptions;
+use crate::likelihood::{Pending, Scorer};
+use crate::modes::Bins;
+use crate::motion::{Motion, uniform};
+use crate::particles::Particles;
+use crate::prior::{self, ScalePrior};
+use crate::walls::Walls;
+use sweep::Sweep;
+
+/// Where the last metres of a walk can have been.
+#[derive(Debug, Clone)]
+pub struct FirstLook {
+    /// Separate places, likeliest first, each with its pose at the end of the walk. Their tracks are empty.
+    pub places: Vec<Hypothesis>,
+    /// Cells of (x, y, heading, scale) that are within [`LookOptions::keep_nats`] of the best one.
+    pub kept: usize,
+    /// Cells that were scored exactly; the bound ruled the others out.
+    pub scored: usize,
+    /// Cells there are.
+    pub cells: usize,
+}
+
+/// Looks everywhere on the plan for the end of this walk: its last [`LookOptions::way_m`] metres and what was seen on them.
+///
+/// Nothing is drawn by chance. Nothing seen gives no places: walls that were not hit say too little.
+///
+/// # Errors
+/// [`LocateError`] when the path or the scale make no sense.
+pub fn first_look(path: &Path, sightings: &[Sighting], plan: &FloorPlan, options: &LocateOptions) -> Result<FirstLook, LocateError> {
+    crate::run::check(path)?;
+    options.check(plan)?;
+    let walls = Walls::new(plan, options.ground);
+    let scorer = Scorer::new(&options.sightings, &walls);
+    let atlas = Atlas::new(plan, &walls);
+    let mut seen: Vec<Sighting> = sightings.to_vec();
+    seen.sort_by_key(|s| s.stamp);
+    let (mut window, mut pending, mut motion) = (Window::default(), Pending::default(), Motion::none());
+    for step in &path.steps {
+        let now = seen.partition_point(|s| s.stamp < step.from)..seen.partition_point(|s| s.stamp <= step.to);
+        for sighting in &seen[now] {
+            pending.add(sighting, &motion, step);
+        }
+        motion = motion.then(step, 1.0);
+        if motion.length * options.scale.metres_per_unit >= options.update_distance_m || motion.turned_rad >= options.update_turn_rad {
+            let rays = pending.take(options.sightings.rays, &motion);
+            window.push(motion, &rays, options.scale.metres_per_unit);
+            motion = Motion::none();
+        }
+    }
+    let Some(scene) = window.scene(options.look.way_m, options.scale.metres_per_unit, options.look.rays) else {
+        return Ok(FirstLook { places: Vec::new(), kept: 0, scored: 0, cells: 0 });
+    };
+    let looked = look(&atlas, &walls, &scorer, &scene, options);
+    let cloud = looked.cloud();
+    let modes = Bins::new(plan.size_m()).modes(&cloud);
+    let places = modes.modes.iter().map(|m| Hypothesis {
+        probability: m.mass,
+        pose: PlanPose::new(m.mean.x + plan.origin().x, m.mean.y + plan.origin().y, m.mean.z),
+        covariance: m.covariance,
+        radius95_m: m.radius95_m,
+        scale: ScaleEstimate { metres_per_unit: libm::exp(m.log_scale), relative_sigma: m.log_scale_sigma },
+        track: Vec::new(),
+    });
+    Ok(FirstLook { places: places.collect(), kept: looked.leaves.len(), scored: looked.scored, cells: looked.cells })
+}
+
+/// The plan, prepared for looks: made once, used by all.
+#[derive(Debug, Clone)]
+pub(crate) struct Atlas {
+    horizon: Horizon,
+    /// Log prior of each cell of the horizon; minus infinity in walls.
+    place_nats: Vec<f32>,
+}
+
+impl Atlas {
+    pub(crate) fn new(plan: &FloorPlan, walls: &Walls) -> Self {
+        let horizon = Horizon::new(walls);
+        let mut weights = vec![0.0f64; horizon.width * horizon.height];
+        for cell in 0..weights.len() {
+            let (x, y) = horizon.centre(cell % horizon.width, cell / horizon.width);
+            weights[cell] = prior::weight_beyond(&(x, y), walls);
+        }
+        for (i, (cell, inside)) in plan.cells().iter().zip(plan.inside()).enumerate() {
+            let (x, y) = ((i % plan.width()) as f32 + 0.5, (i / plan.width()) as f32 + 0.5);
+            if let Some(at) = horizon.cell_at(x * walls.cell_m(), y * walls.cell_m()) {
+                weights[at] = weights[at].max(prior::weight(*cell, *inside));
+            }
+        }
+        let place_nats = weights.into_iter().map(|w| if w > 0.0 { libm::log(w) as f32 } else { f32::NEG_INFINITY }).collect();
+        Self { horizon, place_nats }
+    }
+}
+
+/// Options of a look over the whole plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LookOptions {
+    /// Way that one look takes in, metres: short enough for odometry to be stiff, long enough for corners to be in it.
+    pub way_m: f64,
+    /// Sightings that are scored.
+    pub rays: usize,
+    /// Every place whose likelihood is within so many nats of the best one's is found.
+    pub keep_nats: f64,
+    /// Way between two looks that only make sure, metres.
+    pub every_m: f64,
+    /// Nats a sighting, averaged over the last few metres, under which the place is doubted and looked for anew. See
+    /// [`crate::VerdictOptions::gain_nats`] for what the truth has.
+    pub doubt_nats: f64,
+    /// Particles that one look puts in, at most.
+    pub particles: usize,
+    /// Scales are looked at up to so many standard deviations of the prior.
+    pub scale_sigmas: f64,
+}
+
+impl Default for LookOptions {
+    fn default() -> Self {
+        Self { way_m: 8.0, rays: 48, keep_nats: 10.0, every_m: 12.0, doubt_nats: 0.4, particles: 50_000, scale_sigmas: 2.5 }
+    }
+}
+
+/// Relative step of scale: at 10 m half of it is 15 cm.
+const SCALE_STEP: f64 = 0.03;
+/// Groups that are looked into between two raises of the bar.
+const BATCH: usize = 64;
+/// How much worse than its best member the middle of a group may be, nats.
+const GROUP_SLACK_NATS: f32 = 25.0;
+/// Places that are tried first, to set the bar.
+const PROBES: usize = 256;
+
+/// A pose of the window's end that explains it. Local metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Leaf {
+    pub x: f32,
+    pub y: f32,
+    pub heading: f32,
+    pub log_scale: f32,
+    /// Tempered log-likelihood with the priors of place and scale, up to a common constant.
+    pub nats: f32,
+}
+
+/// What a look found.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Looked {
+    /// All cells of (x, y, heading, scale) within [`LookOptions::keep_nats`] of the best, best first; at the window's end.
+    pub leaves: Vec<Leaf>,
+    /// Cells that were scored exactly, and cells there are.
+    pub scored: usize,
+    pub cells: usize,
+}
+
+impl Looked {
+    /// `count` particles among the leaves, spread within their cells. Half of the evidence decides how many each gets, half how
+    /// much they weigh: a place that is a little worse over a few metres may be the one.
+    pub(crate) fn draw(&self, count: usize, seed: Seed) -> Particles {
+        let mut rng = seed.derive("look", 0);
+        let best = self.leaves.iter().map(|l| l.nats).fold(f32::NEG_INFINITY, f32::max);
+        let shares: Vec<f64> = self.leaves.iter().map(|l| libm::exp(0.5 * f64::from(l.nats - best))).collect();
+        let apart = shares.iter().sum::<f64>() / count.max(1) as f64;
+        let mut cloud = Particles::with_capacity(count);
+        let (mut next, mut swept) = (apart * uniform(&mut rng), 0.0);
+        for (leaf, share) in self.leaves.iter().zip(&shares) {
+            swept += share;
+            while swept > next && cloud.len() < count {
+                next += apart;
+                let mut off = |width: f64| (width * (uniform(&mut rng) - 0.5)) as f32;
+                let (dx, dy) = (off(f64::from(horizon::CELL_M)), off(f64::from(horizon::CELL_M)));
+                let (turn, stretch) = (off(std::f64::consts::TAU / horizon::DIRECTIONS as f64), off(SCALE_STEP));
+                cloud.push(leaf.x + dx, leaf.y + dy, leaf.heading + turn, leaf.log_scale + stretch);
+                if let Some(weight) = cloud.log_weight.last_mut() {
+                    *weight = 0.5 * (leaf.nats - best);
+                }
+            }
+        }
+        cloud.normalize();
+        cloud
+    }
+
+    /// Without the leaves for which `known` holds; and the share of the mass of those that are left.
+    pub(crate) fn without(&self, known: impl Fn(&Leaf) -> bool) -> (Self, f64) {
+        let best = self.leaves.iter().map(|l| l.nats).fold(f32::NEG_INFINITY, f32::max);
+        let mass = |leaves: &[Leaf]| leaves.iter().map(|l| libm::exp(f64::from(l.nats - best))).sum::<f64>();
+        let leaves: Vec<Leaf> = self.leaves.iter().filter(|l| !known(l)).copied().collect();
+        let share = mass(&leaves) / mass(&self.leaves).max(f64::MIN_POSITIVE);
+        (Self { leaves, ..*self }, share)
+    }
+
+    /// The leaves as a weighted cloud.
+    pub(crate) fn cloud(&self) -> Particles {
+        let mut cloud = Particles::with_capacity(self.leaves.len());
+        for leaf in &self.leaves {
+            cloud.push(leaf.x, leaf.y, leaf.heading, leaf.log_scale);
+        }
+        cloud.log_weight = self.leaves.iter().map(|l| l.nats).collect();
+        cloud.normalize();
+        cloud
+    }
+}
+
+/// Looks everywhere.
+pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene, all: &LocateOptions) -> Looked {
+    let (horizon, options) = (&atlas.horizon, &all.look);
+    let scales = scales(&all.scale, options.scale_sigmas);
+    let sweep = Sweep::new(atlas, walls, scorer, scene, all);
+    let lanes = sweep.lanes();
+    let groups = groups(&scales);
+    let mut tops: Vec<(f32, usize, usize)> = groups
+        .par_iter()
+        .enumerate()
+        .map(|(i, group)| {
+            let (nats, cell) = sweep.best(&lanes, group[0]);
+            (nats, cell, i)
+        })
+        .collect();
+    tops.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
+    let keep = options.keep_nats as f32;
+    let probes: Vec<f32> = tops.par_iter().take(PROBES).map(|(_, cell, i)| sweep.climb(*cell, groups[*i][0])).collect();
+    let mut bar = probes.into_iter().fold(f32::NEG_INFINITY, f32::max) - keep;
+    let mut looked = Looked { cells: scales.len() * horizon::DIRECTIONS * horizon.width * horizon.height, ..Looked::default() };
+    for batch in tops.chunks(BATCH) {
+        let found: Vec<Vec<(Vec<Leaf>, usize)>> = batch
+            .par_iter()
+            .filter(|(nats, _, _)| *nats >= bar - GROUP_SLACK_NATS)
+            .map(|(_, _, i)| {
+                let near = sweep.promising(&lanes, groups[*i][0], bar - GROUP_SLACK_NATS);
+                groups[*i].iter().map(|pair| sweep.leaves(&near, *pair, bar)).collect()
+            })
+            .collect();
+        for (leaves, scored) in found.into_iter().flatten() {
+            looked.scored += scored;
+            let best = leaves.iter().map(|l| l.nats).fold(f32::NEG_INFINITY, f32::max);
+            bar = bar.max(best - keep);
+            looked.leaves.extend(leaves);
+        }
+    }
+    looked.leaves.retain(|l| l.nats >= bar);
+    looked.leaves.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+    for leaf in &mut looked.leaves {
+        sweep.to_end(leaf);
+    }
+    looked
+}
+
+fn scales(prior: &ScalePrior, sigmas: f64) -> Vec<f64> {
+    let reach = sigmas * prior.relative_sigma;
+    let half = (reach / SCALE_STEP).ceil() as i32;
+    (-half..=half).map(|i| prior.log_mean() + f64::from(i) * if half > 0 { reach / f64::from(half) } else { 0.0 }).collect()
+}
+
+/// Headings and scales in groups of three by three, the middle one first.
+fn groups(scales: &[f64]) -> Vec<Vec<(usize, f64)>> {
+    let mut groups = Vec::new();
+    for scales in scales.chunks(3) {
+        for first in (0..horizon::DIRECTIONS).step_by(3) {
+            let middle = (first + 1, scales[scales.len() / 2]);
+            let all = scales.iter().flat_map(|s| (first..first + 3).map(move |k| (k, *s)));
+            groups.push(std::iter::once(middle).chain(all.filter(|pair| *pair != middle)).collect());
+        }
+    }
+    groups
+}

@@ -1,0 +1,386 @@
+//! What can each cell of the plan make of the window, for one heading and one scale? A bound for all, the truth for the few.
+
+use planwalk_types::wrap_angle;
+
+use super::horizon::{self, CELL_M, DIRECTIONS, Horizon, LANES, REACH_M, UNIT_M};
+use super::window::Scene;
+use super::{Atlas, Leaf};
+use crate::filter::LocateOptions;
+use crate::likelihood::{Scorer, SightingModel, View};
+use crate::motion::Motion;
+use crate::prior::ScalePrior;
+use crate::walls::Walls;
+use nalgebra::Vector3;
+
+/// Way between two places at which walls in the way are looked for, metres.
+const WAY_STEP_M: f64 = 0.8;
+/// Rays between two looks at whether a lane of cells is worth going on.
+const PATIENCE: usize = 8;
+/// What the sweep may think too little of a cell, nats: rays that pass a door post on either side.
+const SLACK_NATS: f32 = 5.0;
+/// A pose on the grid is off by up to half a cell: that blurs what it sees.
+const GRID_SIGMA_M: f64 = 0.08;
+
+/// The window conditioned for sweeping.
+pub(super) struct Sweep<'a> {
+    horizon: &'a Horizon,
+    /// Log prior of each cell; minus infinity where nobody can be.
+    place_nats: &'a [f32],
+    walls: &'a Walls,
+    view: View<'a>,
+    scene: &'a Scene,
+    scale: ScalePrior,
+    temper: f64,
+    leak_nats: f64,
+    rays: Vec<Bearing>,
+    /// Best and worse that one ray can do, nats, tempered: on a wall, clutter, through.
+    wall_sigma_m: f64,
+    model: SightingModel,
+    /// Nats in a unit of loss.
+    unit: f64,
+    /// What a ray loses that ends in a cell, by class of its spread.
+    losses: Vec<Vec<u8>>,
+}
+
+/// A ray, or a piece of way, for bounding.
+#[derive(Debug, Clone, Copy)]
+struct Bearing {
+    from: (f64, f64),
+    angle: f64,
+    range: f64,
+    sigma: f64,
+    is_way: bool,
+}
+
+/// A ray for one heading and scale.
+#[derive(Debug, Clone, Copy)]
+struct Test {
+    direction: usize,
+    /// Cells from the reference to where the ray begins, and to where it ends.
+    from: (isize, isize),
+    to: (isize, isize),
+    /// The farther the wall is below this, the more is lost, at most `through`: the ray went through it.
+    low: u8,
+    through: u8,
+    /// Which losses count at its end; none for a piece of way.
+    losses: Option<usize>,
+}
+
+impl<'a> Sweep<'a> {
+    pub(super) fn new(atlas: &'a Atlas, walls: &'a Walls, scorer: &'a Scorer, scene: &'a Scene, options: &LocateOptions) -> Self {
+        let (scale, model) = (&options.scale, &options.sightings);
+        let bearing = |from: (f64, f64), to: (f64, f64), sigma: f64, is_way: bool| {
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            Bearing { from, angle: libm::atan2(dy, dx), range: dx.hypot(dy), sigma, is_way }
+        };
+        let mut rays: Vec<Bearing> = scene.rays.iter().map(|r| bearing(r.from, r.to, r.sigma, false)).collect();
+        // Bits of the same scene lie next to each other: spread, so that the first few already tell.
+        let stride = rays.len().div_ceil(PATIENCE).max(1);
+        rays = (0..stride).flat_map(|o| rays.iter().skip(o).step_by(stride).copied().collect::<Vec<_>>()).collect();
+        let mut last = scene.way.first().copied().unwrap_or((0.0, 0.0));
+        for point in &scene.way {
+            if (point.0 - last.0).hypot(point.1 - last.1) * scale.metres_per_unit >= WAY_STEP_M {
+                rays.push(bearing(last, *point, 0.0, true));
+                last = *point;
+            }
+        }
+        let blurred: Vec<crate::likelihood::Ray> = scene
+            .rays
+            .iter()
+            .map(|r| crate::likelihood::Ray { sigma: r.sigma.hypot(GRID_SIGMA_M / scale.metres_per_unit), ..*r })
+            .collect();
+        let temper = model.temper * scene.counted as f64 / scene.rays.len().max(1) as f64;
+        let mut sweep = Self {
+            horizon: &atlas.horizon,
+            place_nats: &atlas.place_nats,
+            walls,
+            view: scorer.on(walls, &blurred),
+            scene,
+            scale: *scale,
+            temper,
+            leak_nats: libm::log(options.leak.clamp(1e-9, 1.0)),
+            rays,
+            wall_sigma_m: model.wall_sigma_m,
+            model: *model,
+            unit: temper * scene.rays.len() as f64 * 2.0 / 254.0,
+            losses: Vec::new(),
+        };
+        sweep.losses = (0..CLASSES).map(|class| sweep.losses_of(class)).collect();
+        sweep
+    }
+
+    /// What a ray of this spread loses that ends in each cell, before all walls.
+    fn losses_of(&self, class: usize) -> Vec<u8> {
+        let (m, sigma_m) = (&self.model, sigma_of(class));
+        let (best, clutter) = self.best_nats(sigma_m);
+        let total = m.wall + m.clutter + m.through;
+        let lost = |key: u8| {
+            let distance = (0.5 * f64::from(key) - 0.5).max(0.0) * f64::from(self.walls.cell_m());
+            let wall = m.wall * libm::exp(-0.5 * (distance / sigma_m).powi(2)) / (sigma_m * 2.506_628);
+            let nats = if key == u8::MAX { clutter } else { libm::log((wall + m.clutter / m.spread_m) / total) };
+            (self.temper * (best - nats) / self.unit).round().clamp(0.0, 255.0) as u8
+        };
+        let by_key: Vec<u8> = (0..=u8::MAX).map(lost).collect();
+        let at = |cell: usize| {
+            let (x, y) = self.horizon.centre(cell % self.horizon.width, cell / self.horizon.width);
+            by_key[usize::from(self.walls.wall_distance_key(x, y))]
+        };
+        (0..self.horizon.width * self.horizon.height).map(at).collect()
+    }
+
+    /// Nats of one ray, untempered: at best, and at best when it ends short of all walls.
+    fn best_nats(&self, sigma_m: f64) -> (f64, f64) {
+        let m = &self.model;
+        let total = m.wall + m.clutter + m.through;
+        let wall = |d: f64| m.wall * libm::exp(-0.5 * d * d) / (sigma_m * 2.506_628);
+        let of = |d: f64| libm::log((wall(d) + m.clutter / m.spread_m) / total);
+        (of(0.0), of(SURE))
+    }
+
+    fn log_prior(&self, log_scale: f64) -> f64 {
+        let z = (log_scale - self.scale.log_mean()) / self.scale.relative_sigma.max(1e-3);
+        -0.5 * z * z
+    }
+
+    /// The tests for one heading and scale and the score of a cell that fails none.
+    fn tests(&self, direction: usize, log_scale: f64) -> (Vec<Test>, f64) {
+        let scale = libm::exp(log_scale);
+        let m = &self.model;
+        let through_nats = libm::log(m.through / m.spread_m / (m.wall + m.clutter + m.through));
+        let count = self.rays.iter().filter(|r| !r.is_way).count() as f64;
+        let (s, c) = libm::sincos(f64::from(horizon::angle(direction)));
+        let mut base = self.log_prior(log_scale) + self.temper * count * log_scale;
+        let tests = self
+            .rays
+            .iter()
+            .map(|ray| {
+                let range = scale * ray.range;
+                let (x, y) = (scale * (c * ray.from.0 - s * ray.from.1), scale * (s * ray.from.0 + c * ray.from.1));
+                let steps = (ray.angle / std::f64::consts::TAU * DIRECTIONS as f64).round() as isize;
+                let towards = (direction as isize + steps).rem_euclid(DIRECTIONS as isize) as usize;
+                let cells = |x: f64, y: f64| ((x / f64::from(CELL_M)).round() as isize, (y / f64::from(CELL_M)).round() as isize);
+                let (sin, cos) = libm::sincos(f64::from(horizon::angle(direction)) + ray.angle);
+                let (from, to) = (cells(x, y), cells(x + range * cos, y + range * sin));
+                let low = |metres: f64| (metres.min(f64::from(REACH_M - UNIT_M)) / f64::from(UNIT_M)).clamp(0.0, 255.0) as u8;
+                if ray.is_way {
+                    let through = (-self.leak_nats / self.unit) as u8;
+                    return Test { direction: towards, from, to, low: low(range - 0.1), through, losses: None };
+                }
+                let sigma_m = self.wall_sigma_m.hypot(GRID_SIGMA_M).hypot(scale * ray.sigma);
+                let class = class_of(sigma_m);
+                let (best, _) = self.best_nats(sigma_of(class));
+                base += self.temper * best;
+                let through = (self.temper * (best - through_nats) / self.unit).min(255.0) as u8;
+                Test { direction: towards, from, to, low: low(range - 2.0 * sigma_m - 0.1), through, losses: Some(class) }
+            })
+            .collect();
+        (tests, base)
+    }
+
+    /// The lanes in which somebody can be, by their first cells.
+    pub(super) fn lanes(&self) -> Vec<usize> {
+        let somewhere = |at: &usize| self.place_nats[*at..at + LANES].iter().any(|p| *p > f32::NEG_INFINITY);
+        (0..self.place_nats.len()).step_by(LANES).filter(somewhere).collect()
+    }
+
+    /// Estimates lanes of cells; `see` gets the first cell of each lane and what its cells lose, and says how much more is
+    /// bearable. Lanes that lose more than `bearable` everywhere are left out.
+    fn sweep(&self, lanes: &[usize], tests: &[Test], mut bearable: u8, mut see: impl FnMut(usize, &[u8; LANES]) -> u8) {
+        let (width, height) = (self.horizon.width, self.horizon.height);
+        let images: Vec<(&[u8], Option<&[u8]>)> =
+            tests.iter().map(|t| (self.horizon.image(t.direction), t.losses.map(|class| self.losses[class].as_slice()))).collect();
+        for at in lanes.iter().copied() {
+            let (column, row) = (at % width, at / width);
+            let mut lost = [0u8; LANES];
+            let mut hopeless = false;
+            for (group, images) in tests.chunks(PATIENCE).zip(images.chunks(PATIENCE)) {
+                for (test, (horizon, losses)) in group.iter().zip(images) {
+                    let wall = Lane::of(horizon, (width, height), (column, row), test.from);
+                    match losses {
+                        Some(losses) => {
+                            let ends = Lane::of(losses, (width, height), (column, row), test.to);
+                            add_losses(&mut lost, wall.get(), ends.get(), test);
+                        }
+                        None => add_losses(&mut lost, wall.get(), &[0; LANES], test),
+                    }
+                }
+                if lost.iter().all(|l| *l > bearable) {
+                    hopeless = true;
+                    break;
+                }
+            }
+            if !hopeless {
+                bearable = see(at, &lost);
+            }
+        }
+    }
+
+    /// The best estimate of all cells, and which cell's it is.
+    pub(super) fn best(&self, lanes: &[usize], (direction, log_scale): (usize, f64)) -> (f32, usize) {
+        let (tests, base) = self.tests(direction, log_scale);
+        let (mut least, mut best) = (u8::MAX, 0);
+        self.sweep(lanes, &tests, 254, |at, lost| {
+            for (lane, l) in lost.iter().enumerate() {
+                if *l < least && self.place_nats[at + lane] > f32::NEG_INFINITY {
+                    (least, best) = (*l, at + lane);
+                }
+            }
+            least.saturating_sub(1)
+        });
+        let nats = if least == u8::MAX { f64::NEG_INFINITY } else { base - self.unit * f64::from(least) };
+        (nats as f32, best)
+    }
+
+    /// The lanes with a cell that is estimated at `bar` or above.
+    pub(super) fn promising(&self, lanes: &[usize], (direction, log_scale): (usize, f64), bar: f32) -> Vec<usize> {
+        let (tests, base) = self.tests(direction, log_scale);
+        let Some(bearable) = self.bearable(base, bar) else { return Vec::new() };
+        let mut found = Vec::new();
+        self.sweep(lanes, &tests, bearable, |at, _| {
+            found.push(at);
+            bearable
+        });
+        found
+    }
+
+    /// All cells of these lanes that score at least `bar`, and how many were scored for it.
+    pub(super) fn leaves(&self, lanes: &[usize], (direction, log_scale): (usize, f64), bar: f32) -> (Vec<Leaf>, usize) {
+        let (tests, base) = self.tests(direction, log_scale);
+        let (mut leaves, mut scored) = (Vec::new(), 0);
+        let Some(bearable) = self.bearable(base, bar - SLACK_NATS) else { return (leaves, scored) };
+        self.sweep(lanes, &tests, bearable, |at, lost| {
+            for (lane, l) in lost.iter().enumerate() {
+                if *l <= bearable && self.place_nats[at + lane] > f32::NEG_INFINITY {
+                    scored += 1;
+                    let (x, y) = self.horizon.centre((at + lane) % self.horizon.width, (at + lane) / self.horizon.width);
+                    let leaf = self.leaf(x, y, horizon::angle(direction), log_scale as f32);
+                    if leaf.nats >= bar {
+                        leaves.push(leaf);
+                    }
+                }
+            }
+            bearable
+        });
+        (leaves, scored)
+    }
+
+    /// Units that a cell may lose and still reach the bar; none where it cannot.
+    fn bearable(&self, base: f64, bar: f32) -> Option<u8> {
+        let units = (base - f64::from(bar)) / self.unit;
+        (units >= 0.0).then_some(units.min(254.0) as u8)
+    }
+
+    /// The exact score of a pose of the reference.
+    fn leaf(&self, x: f32, y: f32, heading: f32, log_scale: f32) -> Leaf {
+        let mut nats = self.temper as f32 * self.view.nats(x, y, heading, log_scale);
+        nats += self.log_prior(f64::from(log_scale)) as f32 + self.place(x, y);
+        let scale = libm::expf(log_scale);
+        let (s, c) = libm::sincosf(heading);
+        let mut last: Option<(f32, f32)> = None;
+        for point in &self.scene.way {
+            let (a, b) = (scale * point.0 as f32, scale * point.1 as f32);
+            let here = (x + c * a - s * b, y + s * a + c * b);
+            if let Some(from) = last {
+                nats += self.walls.crossings(from.0, from.1, here.0, here.1) as f32 * self.leak_nats as f32;
+                nats -= self.walls.ground_cost(here.0, here.1, (here.0 - from.0).hypot(here.1 - from.1));
+            }
+            last = Some(here);
+        }
+        Leaf { x, y, heading, log_scale, nats }
+    }
+
+    fn place(&self, x: f32, y: f32) -> f32 {
+        self.horizon.cell_at(x, y).map_or(f32::NEG_INFINITY, |cell| self.place_nats[cell])
+    }
+
+    /// The score at the top of the hill that this cell is on.
+    pub(super) fn climb(&self, cell: usize, (direction, log_scale): (usize, f64)) -> f32 {
+        let (x, y) = self.horizon.centre(cell % self.horizon.width, cell / self.horizon.width);
+        let mut best = self.leaf(x, y, horizon::angle(direction), log_scale as f32);
+        for step in [1.0f32, 0.5] {
+            let moves = [(0, 0.5 * CELL_M * step), (1, 0.5 * CELL_M * step), (2, 0.02 * step), (3, 0.02 * step)];
+            for (axis, by) in moves {
+                for sign in [-1.0, 1.0] {
+                    let mut pose = [best.x, best.y, best.heading, best.log_scale];
+                    pose[axis] += sign * by;
+                    let other = self.leaf(pose[0], pose[1], pose[2], pose[3]);
+                    if other.nats > best.nats {
+                        best = other;
+                    }
+                }
+            }
+        }
+        best.nats
+    }
+
+    /// From the reference pose to the window's end.
+    pub(super) fn to_end(&self, leaf: &mut Leaf) {
+        let motion: &Motion = &self.scene.to_end;
+        let start = Vector3::new(f64::from(leaf.x), f64::from(leaf.y), f64::from(leaf.heading));
+        let end = motion.applied_to(start, libm::exp(f64::from(leaf.log_scale)));
+        (leaf.x, leaf.y, leaf.heading) = (end.x as f32, end.y as f32, wrap_angle(end.z) as f32);
+    }
+}
+
+/// Cells of an image next to each other.
+enum Lane<'a> {
+    Inside(&'a [u8; LANES]),
+    /// Partly or wholly beyond the image.
+    Edge([u8; LANES]),
+}
+
+impl<'a> Lane<'a> {
+    /// The lane `by` cells from (column, row). Whoever is farther off the plan than the images reach sees no walls.
+    #[inline]
+    fn of(image: &'a [u8], (width, height): (usize, usize), (column, row): (usize, usize), by: (isize, isize)) -> Self {
+        let (x, y) = (column as isize + by.0, row as isize + by.1);
+        if y >= 0 && y < height as isize && x >= 0 && x + LANES as isize <= width as isize {
+            let at = y as usize * width + x as usize;
+            if let Some(Ok(lane)) = image.get(at..at + LANES).map(TryFrom::try_from) {
+                return Self::Inside(lane);
+            }
+        }
+        let mut lane = [u8::MAX; LANES];
+        if y >= 0 && y < height as isize {
+            for (i, value) in lane.iter_mut().enumerate() {
+                let x = x + i as isize;
+                if x >= 0 && x < width as isize {
+                    *value = image[y as usize * width + x as usize];
+                }
+            }
+        }
+        Self::Edge(lane)
+    }
+
+    #[inline]
+    fn get(&self) -> &[u8; LANES] {
+        match self {
+            Self::Inside(lane) => lane,
+            Self::Edge(lane) => lane,
+        }
+    }
+}
+
+/// Standard deviations past which a point is surely not on the nearest wall.
+const SURE: f64 = 3.0;
+/// A ray that went through a wall loses that, whatever it ends at. The loss grows with how deep it is behind.
+#[inline]
+fn add_losses(lost: &mut [u8; LANES], wall: &[u8; LANES], ends: &[u8; LANES], test: &Test) {
+    for lane in 0..LANES {
+        let behind = test.low.saturating_sub(wall[lane]);
+        let behind = behind.saturating_add(behind);
+        let through = behind.saturating_add(behind).min(test.through);
+        lost[lane] = lost[lane].saturating_add(through.max(ends[lane]));
+    }
+}
+
+/// Spreads of ranges are told apart by a quarter.
+const CLASSES: usize = 12;
+
+fn sigma_of(class: usize) -> f64 {
+    0.1 * libm::pow(1.25, class as f64)
+}
+
+fn class_of(sigma_m: f64) -> usize {
+    (libm::log(sigma_m / 0.1) / libm::log(1.25)).round().clamp(0.0, (CLASSES - 1) as f64) as usize
+}
