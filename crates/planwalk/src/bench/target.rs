@@ -99,9 +99,10 @@ impl Target {
         let text = metric.map_or_else(String::new, |metric| table::cell(metric, &records));
         let kept = |metric: &Metric, got: Interval| {
             let value = got.value * metric.factor;
-            // Round-off of a share: 0.29 · 100 is not quite 29.
-            let slack = 1e-9 * value.abs().max(1.0);
-            self.at_least.is_none_or(|least| value >= least - slack) && self.at_most.is_none_or(|most| value <= most + slack)
+            // Round-off of a share: 0.29 · 100 is not quite 29. Taken from the bound, for a value may be infinite ("never").
+            let slack = |bound: f64| 1e-9 * bound.abs().max(1.0);
+            let high_enough = self.at_least.is_none_or(|least| value >= least - slack(least));
+            high_enough && self.at_most.is_none_or(|most| value <= most + slack(most))
         };
         let met = failed == 0 && metric.zip(got).is_some_and(|(metric, got)| kept(metric, got));
         Verdict { target: self.clone(), walks: records.len(), failed, got, text, met }
@@ -166,6 +167,12 @@ mod tests {
         let verdict = right.judge(&records, "m");
         assert!(!verdict.met && verdict.failed == 1 && table(&[verdict]).rows[0][5].contains("1 of 21 failed"));
         assert_eq!(table(&[right.judge(&bench(0), "other")]).rows[0][5], "not run");
+        let never = target("causal < 1 m after m", None, Some(10.0));
+        let mut lost = bench(0);
+        for place in lost.iter_mut().filter_map(|r| r.place.as_mut()) {
+            place.filter = Some(crate::evaluate::causal::tests::never_right());
+        }
+        assert!(!never.judge(&lost, "m").met, "never is later than 10 m");
         let silent = target("scale off %", None, Some(3.0)).judge(&bench(0), "m");
         assert!(!silent.met && table(&[silent]).rows[0][5].contains("no figure"));
         let all = Target { group: "all".to_owned(), ..right };

@@ -126,10 +126,15 @@ fn longest_s(moments: &[Moment], holds: &dyn Fn(&Moment) -> bool) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::super::place::tests::{scored, walk};
-    use super::super::{PlaceOptions, place};
+    use super::super::{CausalScores, PlaceOptions, place};
     use planwalk_types::PlanPose;
+
+    /// Scores of an answer that is nowhere near.
+    pub fn never_right() -> CausalScores {
+        scored(&[9.0, 9.0, 9.0], 0.5).filter.unwrap()
+    }
 
     #[test]
     fn convergence_counts_from_where_the_answer_stays_right() {
