@@ -119,7 +119,7 @@ mod tests {
         let track: Vec<_> = (0..5).map(|i| (Stamp(i), PlanPose::new(x + i as f64, 0.0, 0.0))).collect();
         let pose = track[4].1;
         let covariance = Matrix3::identity();
-        let estimate = Estimate { stamp: Stamp(4), pose, covariance, radius95_m: 1.0, probability: 1.0, status };
+        let estimate = Estimate { stamp: Stamp(4), pose, covariance, radius95_m: 1.0, probability: 1.0, status, scale: Some(scale) };
         let hypothesis = Hypothesis { probability: 1.0, pose, covariance, radius95_m: 1.0, scale, track };
         let quality = Quality { score_nats, ..Quality::default() };
         let (filter, track) = (vec![estimate.clone()], vec![estimate]);

@@ -7,7 +7,7 @@
 //! draws it back) and a score (sightings are densities in the odometry's own unit, see [`crate::likelihood`]).
 
 use nalgebra::{Matrix3, Vector3};
-use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, Seed, Sighting, Stamp, Status, Step, wrap_angle};
+use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, ScaleEstimate, Seed, Sighting, Stamp, Status, Step, wrap_angle};
 
 use crate::LocateError;
 use crate::history::{History, NO_PARENT};
@@ -422,14 +422,17 @@ impl<'a> Localizer<'a> {
 
     /// What is known now.
     fn estimate(&self, stamp: Stamp) -> Estimate {
-        let nowhere = || (Vector3::zeros(), Matrix3::identity() * 1e6, 1e3, 0.0, self.options.scale.log_mean());
+        let prior = &self.options.scale;
+        let nowhere = || (Vector3::zeros(), Matrix3::identity() * 1e6, 1e3, 0.0, prior.log_mean());
         let (mean, covariance, radius95_m, probability, log_scale) =
             self.modes.modes.first().map_or_else(nowhere, |m| (m.mean, m.covariance, m.radius95_m, m.mass, m.log_scale));
+        let relative_sigma = self.modes.modes.first().map_or(prior.relative_sigma, |m| m.log_scale_sigma);
         let scale = libm::exp(log_scale);
         let pose = self.window.applied_to(mean, scale);
         let carried = carry(&covariance, &self.window, mean.z, scale);
         let probability = probability.clamp(0.0, 1.0);
-        Estimate { stamp, pose: self.to_plan(&pose), covariance: carried, radius95_m, probability, status: self.status }
+        let known = Some(ScaleEstimate { metres_per_unit: scale, relative_sigma });
+        Estimate { stamp, pose: self.to_plan(&pose), covariance: carried, radius95_m, probability, status: self.status, scale: known }
     }
 
     pub(crate) fn to_plan(&self, pose: &Vector3<f64>) -> PlanPose {

@@ -165,7 +165,8 @@ impl<'a> Recipe<'a> {
         let scale = self.options.metres_per_unit;
         let pose = self.on_plan(&self.window.applied_to(mean, scale));
         let covariance = carry(&covariance, &self.window, mean.z, scale);
-        Estimate { stamp, pose, covariance, radius95_m, probability: mass.clamp(0.0, 1.0), status: self.status() }
+        let known = ScaleEstimate { metres_per_unit: scale, relative_sigma: 0.0 };
+        Estimate { stamp, pose, covariance, radius95_m, probability: mass.clamp(0.0, 1.0), status: self.status(), scale: Some(known) }
     }
 
     fn on_plan(&self, pose: &Vector3<f64>) -> PlanPose {

@@ -204,6 +204,7 @@ impl Localizer<'_> {
     /// The best hypothesis as estimates; its probability and the verdict are those of the end.
     fn track(&self, moments: &[Smoothed]) -> Vec<Estimate> {
         let probability = self.modes.modes.first().map_or(0.0, |m| m.mass.clamp(0.0, 1.0));
+        let relative_sigma = self.modes.modes.first().map_or(self.options.scale.relative_sigma, |m| m.log_scale_sigma);
         let estimate = |(moment, smoothed): (&crate::filter::Moment, &Smoothed)| Estimate {
             stamp: moment.stamp,
             pose: self.to_plan(&smoothed.mean),
@@ -211,6 +212,7 @@ impl Localizer<'_> {
             radius95_m: smoothed.radius95_m,
             probability,
             status: self.status,
+            scale: Some(ScaleEstimate { metres_per_unit: libm::exp(smoothed.log_scale), relative_sigma }),
         };
         self.moments.iter().zip(moments).map(estimate).collect()
     }

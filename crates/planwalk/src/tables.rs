@@ -90,6 +90,7 @@ fn estimate(line: usize, row: &str) -> Result<Estimate, TableError> {
         radius95_m: number(8)?,
         probability: number(9)?,
         status,
+        scale: None,
     })
 }
 
@@ -113,6 +114,7 @@ mod tests {
             radius95_m: 0.61,
             probability: 0.97,
             status: Status::Tracking,
+            scale: None,
         };
         let text = estimates_csv(&[estimate]);
         let lines: Vec<&str> = text.lines().collect();
@@ -132,6 +134,7 @@ mod tests {
             radius95_m: 0.61,
             probability: 0.97,
             status,
+            scale: None,
         };
         let text = estimates_csv(&[of(0, Status::Lost), of(1, Status::Ambiguous), of(2, Status::Tracking)]);
         let back = estimates_of_csv(&text).unwrap();

@@ -77,6 +77,7 @@ mod tests {
             radius95_m: 0.5,
             probability: 1.0,
             status: Status::Tracking,
+            scale: None,
         };
         assert_eq!(end_pose(&end), "(−1.20, 0.00) m ± 0.50 m (95 %), facing 92°");
     }

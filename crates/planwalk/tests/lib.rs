@@ -104,7 +104,8 @@ fn a_start_off_the_plan_is_known_before_any_work() {
 
 fn estimates() -> Vec<Estimate> {
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.04, 0.01, 0.01));
-    let estimate = |(stamp, pose)| Estimate { stamp, pose, covariance, radius95_m: 0.45, probability: 0.75, status: Status::Ambiguous };
+    let estimate =
+        |(stamp, pose)| Estimate { stamp, pose, covariance, radius95_m: 0.45, probability: 0.75, status: Status::Ambiguous, scale: None };
     truth().into_iter().map(estimate).collect()
 }
 

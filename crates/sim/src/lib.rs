@@ -28,7 +28,7 @@ pub use building::{Building, BuildingKind, BuildingOptions, Door, Lies, PlanWorl
 pub use camera::{CameraOptions, Lens};
 pub use error::SimError;
 pub use look::Look;
-pub use odometry::{OdometryNoise, SimulatedOdometry, simulate_odometry};
+pub use odometry::{OdometryNoise, SimulatedOdometry, simulate_carried, simulate_odometry};
 pub use scene::{Landmark, Scene, SceneOptions};
 pub use walker::statistics::{WalkStatistics, walk_statistics};
 pub use walker::{CLEARANCE_M, Walk, WalkOptions, WalkPose};

@@ -18,6 +18,8 @@ pub struct OdometryNoise {
     pub metres_per_unit: f64,
     /// Standard deviation of its logarithm from walk to walk: nobody tells the localiser what was drawn.
     pub scale_sigma: f64,
+    /// Where given, it is drawn between so many times that median instead, evenly in the logarithm: `[0.7, 1.3]`.
+    pub scale_range: Option<[f64; 2]>,
     /// Random walk of the logarithm of the scale, per √metre.
     pub scale_walk_per_sqrt_m: f64,
     /// Random walk of the heading, radians per √metre.
@@ -50,6 +52,7 @@ impl Default for OdometryNoise {
         Self {
             metres_per_unit: 1.0,
             scale_sigma: 0.0,
+            scale_range: None,
             scale_walk_per_sqrt_m: 0.01,
             heading_walk_rad_per_sqrt_m: 0.6f64.to_radians(),
             heading_drift_rad_per_m: 0.0,
@@ -97,6 +100,18 @@ impl OdometryNoise {
         }
     }
 
+    /// Logarithm of how far this walk's unit is off its median.
+    fn first_log_unit(&self, rng: &mut StreamRng) -> f64 {
+        match self.scale_range {
+            Some([low, high]) => {
+                let (low, high) = (libm::log(low), libm::log(high));
+                low + (high - low) * rng.random_range(0.0..1.0)
+            }
+            None if self.scale_sigma > 0.0 => self.scale_sigma * normal(rng),
+            None => 0.0,
+        }
+    }
+
     /// The covariance that an honest odometry states for this step, in its own unit.
     fn covariance(&self, length: f64, length_m: f64, turn_rad: f64) -> Matrix3<f64> {
         // Never quite zero: a localiser may invert it.
@@ -118,6 +133,8 @@ pub struct SimulatedOdometry {
     pub path: Path,
     /// What it saw, same unit.
     pub sightings: Vec<Sighting>,
+    /// Metres in one unit at each moment of the truth.
+    pub metres_per_unit: Vec<f64>,
 }
 
 /// Odometry of a true walk among walls: the path in the odometry's unit, and points of walls (and of furniture) in the body frame.
@@ -125,24 +142,41 @@ pub struct SimulatedOdometry {
 /// Steps lead from each true pose to the next; sightings are stamped with the pose from which they were seen. A field of `noise` that is
 /// not finite or makes no sense is the caller's affair: the numbers that come out are as senseless, but nothing panics.
 pub fn simulate_odometry(truth: &[(Stamp, PlanPose)], walls: &[Wall], noise: &OdometryNoise, seed: Seed) -> (Path, Vec<Sighting>) {
+    let simulated = simulate_carried(truth.to_vec(), &[], walls, noise, seed);
+    (simulated.path, simulated.sightings)
+}
+
+/// As [`simulate_odometry`], of somebody who is carried about: the ways to the poses whose indices are in `carried` are not felt.
+/// That is the kidnapped walker: the odometry says that it stood, and the body is somewhere else.
+pub fn simulate_carried(
+    truth: Vec<(Stamp, PlanPose)>,
+    carried: &[usize],
+    walls: &[Wall],
+    noise: &OdometryNoise,
+    seed: Seed,
+) -> SimulatedOdometry {
     let mut streams = Streams::new(seed);
     let walls = Caster::new(walls);
     // From here on, how the logarithm of the number of units in a metre has changed.
-    let mut log_scale = if noise.scale_sigma > 0.0 { -noise.scale_sigma * normal(&mut streams.unit) } else { 0.0 };
+    let mut log_scale = -noise.first_log_unit(&mut streams.unit);
+    let mut metres_per_unit = Vec::with_capacity(truth.len());
     let mut steps = Vec::with_capacity(truth.len().saturating_sub(1));
     let mut sightings = Vec::new();
     for (index, pair) in truth.windows(2).enumerate() {
         let units_per_metre = libm::exp(log_scale) / noise.metres_per_unit;
         look(index, pair[0], &walls, noise, units_per_metre, &mut streams, &mut sightings);
-        steps.push(step(pair, noise, units_per_metre, &mut streams));
-        let length_m = pair[0].1.origin().distance(pair[1].1.origin());
+        metres_per_unit.push(1.0 / units_per_metre);
+        let felt = if carried.contains(&(index + 1)) { [pair[0], (pair[1].0, pair[0].1)] } else { [pair[0], pair[1]] };
+        steps.push(step(&felt, noise, units_per_metre, &mut streams));
+        let length_m = felt[0].1.origin().distance(felt[1].1.origin());
         log_scale += noise.scale_walk_per_sqrt_m * length_m.sqrt() * normal(&mut streams.scale);
     }
     if let Some(last) = truth.last() {
         let units_per_metre = libm::exp(log_scale) / noise.metres_per_unit;
         look(truth.len() - 1, *last, &walls, noise, units_per_metre, &mut streams, &mut sightings);
+        metres_per_unit.push(1.0 / units_per_metre);
     }
-    (Path { steps }, sightings)
+    SimulatedOdometry { truth, path: Path { steps }, sightings, metres_per_unit }
 }
 
 /// One stream of chance for each noise.
@@ -244,7 +278,35 @@ mod tests {
             (0..N).map(|seed| libm::log(simulate_odometry(&truth, &room(), &noise, Seed(seed)).0.steps[0].forward)).collect();
         let mean = logs.iter().sum::<f64>() / N as f64;
         let sigma = (logs.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / N as f64).sqrt();
+        let even = OdometryNoise { scale_range: Some([0.5, 2.0]), ..OdometryNoise::none() };
+        let units: Vec<f64> =
+            (0..N).map(|seed| simulate_carried(truth.clone(), &[], &room(), &even, Seed(seed)).metres_per_unit[0]).collect();
+        // Evenly in the logarithm: half of them below one. Four standard errors of a share.
+        let below = units.iter().filter(|u| **u < 1.0).count() as f64 / N as f64;
+        assert!((below - 0.5).abs() < 2.0 / (N as f64).sqrt() && units.iter().all(|u| (0.5..=2.0).contains(u)), "{below}");
         // Four standard errors of a mean, and of a standard deviation.
         assert!(mean.abs() < 4.0 * 0.2 / (N as f64).sqrt() && (sigma - 0.2).abs() < 4.0 * 0.2 / (2.0 * N as f64).sqrt(), "{mean} {sigma}");
+    }
+
+    #[test]
+    fn who_is_carried_feels_nothing_and_sees_the_new_place() {
+        let at = |i: i64, x: f64| (Stamp(i * 1_000_000_000), PlanPose::new(x, 0.0, 0.0));
+        let truth: Vec<_> = (0..6).map(|i| at(i, -1.5 + 0.1 * i as f64 + if i < 3 { 0.0 } else { 1.0 })).collect();
+        let noise = OdometryNoise { scale_range: Some([2.0, 2.0]), steps_per_look: 1, ..OdometryNoise::none() };
+        let simulated = simulate_carried(truth.clone(), &[3], &room(), &noise, Seed(4));
+        let lengths: Vec<f64> = simulated.path.steps.iter().map(|s| s.forward).collect();
+        for (index, length) in lengths.iter().enumerate() {
+            let expected = if index == 2 { 0.0 } else { 0.05 };
+            // Exact but for round-off of metres.
+            assert!((length - expected).abs() < 1e-12, "step {index}: {length}");
+        }
+        assert!(simulated.metres_per_unit.len() == 6 && simulated.metres_per_unit.iter().all(|m| (m - 2.0).abs() < 1e-12));
+        let farthest = |stamp: Stamp| {
+            let seen = simulated.sightings.iter().filter(|s| s.stamp == stamp).map(|s| s.range * s.bearing_rad.cos());
+            2.0 * seen.fold(0.0, f64::max)
+        };
+        // Straight ahead the wall is nearer by as much as the walker was carried.
+        let nearer_m = farthest(truth[2].0) - farthest(truth[3].0);
+        assert!((nearer_m - 1.1).abs() < 1e-9, "{nearer_m}");
     }
 }

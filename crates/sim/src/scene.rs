@@ -14,7 +14,7 @@ use crate::error::SimError;
 use crate::exposure::{self, Exposure};
 use crate::film::{self, Shot};
 use crate::look::Look;
-use crate::odometry::{OdometryNoise, SimulatedOdometry, simulate_odometry};
+use crate::odometry::{OdometryNoise, SimulatedOdometry, simulate_carried};
 use crate::render::Renderer;
 use crate::walker::{Walk, WalkOptions};
 use crate::world::{Crowd, DecorKind, People, World};
@@ -312,8 +312,7 @@ impl Scene {
         let count = (self.walk.duration_s() * hz).floor().clamp(0.0, 1e7) as usize + 1;
         let stamp = |i: usize| Stamp((i as f64 / hz * 1e9).round() as i64);
         let truth: Vec<_> = (0..count).map(|i| (stamp(i), self.walk.at(stamp(i).as_secs()).on_floor)).collect();
-        let (path, sightings) = simulate_odometry(&truth, &self.building.solid_lines(), noise, self.seed);
-        SimulatedOdometry { truth, path, sightings }
+        simulate_carried(truth, &[], &self.building.solid_lines(), noise, self.seed)
     }
 
     /// Distance on the floor from a point to the nearest thing that one bumps into, furniture and shut doors included, metres.

@@ -47,6 +47,8 @@ pub struct Estimate {
     pub probability: f64,
     /// The verdict at this moment.
     pub status: Status,
+    /// Metres per unit of odometry in that mode; `None` where nothing is said of it (a track from elsewhere, a table).
+    pub scale: Option<ScaleEstimate>,
 }
 
 /// Metres per unit of odometry.

@@ -10,13 +10,13 @@ use super::{Common, MethodName};
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Suite: smoke, sim, real, odometry, speed, or a TOML file
+    /// Suite: smoke, sim, locate, real, odometry, speed, or a TOML file
     #[arg(value_name = "SUITE")]
     pub suite: String,
     /// Folder that the suite's paths start from
     #[arg(long, value_name = "DIR", env = "PLANWALK_DATA", default_value = "../shared/data")]
     pub data: PathBuf,
-    /// Localiser to run; may be given more than once [default: both]
+    /// Localiser to run; may be given more than once [default: as the suite says, else both]
     #[arg(long = "method", value_enum, value_name = "NAME")]
     pub methods: Vec<MethodName>,
     /// Seeds of each walk [default: as the suite says]

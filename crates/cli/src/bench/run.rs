@@ -97,6 +97,7 @@ impl Plan<'_> {
             odometry_s: None,
             locate_s: None,
             status: None,
+            wall_crossings: None,
             place: None,
             odometry: None,
             error: None,
@@ -168,8 +169,11 @@ fn score(answer: &Answer, prepared: &Prepared, record: &mut Record) -> Result<()
             record.locate_s = Some(began.elapsed().as_secs_f64());
             let found = &run.localization;
             record.status = Some(found.status);
-            let mut scores =
-                evaluate::place::score(&found.track, &found.filter, &prepared.truth, &prepared.options).map_err(|why| why.to_string())?;
+            record.wall_crossings = Some(found.quality.wall_crossings);
+            let curves =
+                evaluate::curves(&found.track, &found.filter, &prepared.truth, &prepared.options).map_err(|why| why.to_string())?;
+            let mut scores = evaluate::place::scores_of(&curves, &prepared.options).ok_or("the track has no moments")?;
+            scores.scale = evaluate::scale::score(&curves, &prepared.units);
             let places: Vec<_> = found.hypotheses.iter().map(|h| (h.probability, h.pose)).collect();
             let end = found.track.last().map(|e| e.stamp);
             scores.hypotheses = end.and_then(|end| evaluate::place::hypotheses(&places, end, &prepared.truth, &prepared.options));

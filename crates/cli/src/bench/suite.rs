@@ -4,6 +4,8 @@
 
 use std::path::PathBuf;
 
+use planwalk::Method;
+use planwalk::bench::{Target, metric};
 use planwalk::evaluate::Alignment;
 use planwalk::types::{OdometryScale, Seed};
 use planwalk_sim::{OdometryNoise, SceneOptions, WalkOptions};
@@ -13,9 +15,10 @@ use crate::args::odometry_scale;
 use crate::failure::Failure;
 
 /// The suites that come along, by name.
-const SHIPPED: [(&str, &str); 5] = [
+const SHIPPED: [(&str, &str); 6] = [
     ("smoke", include_str!("../../suites/smoke.toml")),
     ("sim", include_str!("../../suites/sim.toml")),
+    ("locate", include_str!("../../suites/locate.toml")),
     ("real", include_str!("../../suites/real.toml")),
     ("odometry", include_str!("../../suites/odometry.toml")),
     ("speed", include_str!("../../suites/speed.toml")),
@@ -35,6 +38,15 @@ pub struct Suite {
     /// Whether jobs share the machine; where time is measured they must not.
     #[serde(default = "yes")]
     pub parallel: bool,
+    /// Localisers that walk it, where the command line names none; else all.
+    #[serde(default)]
+    pub methods: Vec<Method>,
+    /// Columns of its table, by their heads; else the usual ones.
+    #[serde(default)]
+    pub columns: Vec<String>,
+    /// What is to be reached, by the first of its methods.
+    #[serde(default, rename = "target")]
+    pub targets: Vec<Target>,
     /// The walks.
     #[serde(rename = "case")]
     pub cases: Vec<Case>,
@@ -77,10 +89,17 @@ pub struct Case {
     pub poses_format: Option<String>,
     /// Frame of `poses`, `along` or `track`: body or camera.
     pub poses_frame: Option<String>,
-    /// Metres in a unit of `poses`, as on the command line.
+    /// What the localiser is told of the metres in a unit of `poses`, or of simulated odometry, as on the command line.
     pub odometry_scale: Option<String>,
     /// Sightings to go with `poses`.
     pub sightings: Option<PathBuf>,
+    /// Whether the localiser is kept from what was seen: odometry and walls only.
+    #[serde(default)]
+    pub blind: bool,
+    /// Whether the walker is carried elsewhere half-way, unfelt by the odometry, and walks on there: on another walk through the
+    /// same building, or earlier on the path that `along` gives.
+    #[serde(default)]
+    pub kidnap: bool,
     /// How simulated odometry errs; else as a hand-held camera does.
     pub noise: Option<OdometryNoise>,
     /// The plan; without one, only the odometry is scored.
@@ -96,6 +115,8 @@ pub struct Case {
     pub truth_offset_s: f64,
     /// A truth this coarse is interpolated, seconds.
     pub truth_gap_s: Option<f64>,
+    /// A laser's log whose scans are those of the truth: the truth takes its stamps from there.
+    pub truth_scans_of: Option<PathBuf>,
     /// Whether only the odometry is scored, though there is a plan.
     #[serde(default)]
     pub tracking_only: bool,
@@ -126,6 +147,8 @@ pub struct Simulate {
     /// counts.
     #[serde(default)]
     pub lively: bool,
+    /// Metres to walk; the walk then takes as long as that needs, and `scene.walk.duration_s` says only with which to try.
+    pub length_m: Option<f64>,
     /// Building, walker, camera.
     #[serde(default)]
     pub scene: SceneOptions,
@@ -137,6 +160,23 @@ impl Simulate {
         let walk =
             if self.lively { WalkOptions { duration_s: self.scene.walk.duration_s, ..WalkOptions::lively() } } else { self.scene.walk };
         SceneOptions { seed, walk, ..self.scene.clone() }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let usual = WalkOptions { duration_s: self.scene.walk.duration_s, ..WalkOptions::default() };
+        if self.lively && self.scene.walk != usual {
+            return Err("a lively walker has its own habits: of scene.walk, say duration_s only".to_owned());
+        }
+        if !(self.odometry_hz > 0.0 && self.odometry_hz <= 1000.0) {
+            return Err(format!("{} poses a second is no rate: give more than 0 and at most 1000", self.odometry_hz));
+        }
+        match self.length_m {
+            Some(_) if self.render => Err("a filmed walk ends by its time: length_m is for simulated odometry".to_owned()),
+            Some(length_m) if !(length_m > 0.0 && length_m <= 2000.0) => {
+                Err(format!("{length_m} m is no length of a walk: give more than 0 and at most 2000"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -183,6 +223,12 @@ impl Suite {
             }
             case.check().map_err(|why| format!("case \"{}\": {why}", case.name))?;
         }
+        if let Some(column) = self.columns.iter().find(|column| metric::named(column).is_none()) {
+            let known: Vec<String> = metric::METRICS.iter().map(|m| format!("\"{}\"", m.head)).collect();
+            return Err(format!("there is no column \"{column}\"; there are: {}", known.join(", ")));
+        }
+        let groups = || self.cases.iter().map(Case::group);
+        self.targets.iter().try_for_each(|target| target.check(groups())).map_err(|why| why.to_string())?;
         if self.cases.is_empty() { Err("it has no cases".to_owned()) } else { Ok(()) }
     }
 
@@ -235,14 +281,20 @@ impl Case {
         if self.along.is_some() && self.plan.is_none() {
             return Err("odometry along a path needs a plan to see".to_owned());
         }
+        let drawn = self.simulate.as_ref().is_some_and(|s| s.render);
+        if self.odometry_scale.is_some() && (self.video.is_some() || drawn || self.track.is_some()) {
+            return Err("a video's unit is unknown, and a track is in metres: leave odometry_scale out".to_owned());
+        }
+        if self.kidnap && (self.along.is_none() && self.simulate.is_none() || drawn) {
+            return Err("only a walker whose odometry is simulated can be kidnapped: along, or simulate without render".to_owned());
+        }
         if let Some(simulate) = &self.simulate {
-            let usual = WalkOptions { duration_s: simulate.scene.walk.duration_s, ..WalkOptions::default() };
-            if simulate.lively && simulate.scene.walk != usual {
-                return Err("a lively walker has its own habits: of scene.walk, say duration_s only".to_owned());
-            }
-            if !(simulate.odometry_hz > 0.0 && simulate.odometry_hz <= 1000.0) {
-                return Err(format!("{} poses a second is no rate: give more than 0 and at most 1000", simulate.odometry_hz));
-            }
+            simulate.check()?;
+        }
+        if let Some([low, high]) = self.noise.and_then(|noise| noise.scale_range)
+            && !(low > 0.0 && low <= high && high.is_finite())
+        {
+            return Err(format!("a unit between {low} and {high} times its median is none: give two numbers above 0, in order"));
         }
         self.scale().map(|_| ())
     }
@@ -270,6 +322,18 @@ mod tests {
     }
 
     #[test]
+    fn targets_of_localisation_rest_on_enough_walks() {
+        let suite = Suite::open("locate").unwrap();
+        let jobs = suite.jobs(None);
+        for target in &suite.targets {
+            let walks = jobs.iter().filter(|job| target.group == "all" || job.case.group() == target.group).count();
+            assert!(walks >= 10, "{}: {walks} walks", target.group);
+        }
+        let covered = Suite::open("sim").unwrap();
+        assert!(covered.jobs(None).len() >= 200 && covered.targets.iter().any(|t| t.group == "all" && t.metric.contains("90 %")));
+    }
+
+    #[test]
     fn what_makes_no_sense_is_named() {
         let refused = |text: &str| toml::from_str::<Suite>(text).map_err(|e| e.to_string()).and_then(|s| s.check()).unwrap_err();
         let head = "name = \"x\"\nabout = \"y\"\n[[case]]\nname = \"a\"\n";
@@ -279,6 +343,15 @@ mod tests {
         let simulated = format!("{head}[case.simulate]\n");
         assert!(refused(&format!("{simulated}odometry_hz = 0")).contains("no rate"));
         assert!(refused(&format!("{simulated}lively = true\n[case.simulate.scene.walk]\nspeed_mps = 1.0")).contains("duration_s only"));
+        assert!(refused(&format!("{head}kidnap = true\nposes = \"p\"\ntruth = \"t\"")).contains("kidnapped"));
+        assert!(refused(&format!("{head}kidnap = true\n[case.simulate]\nrender = true")).contains("kidnapped"));
+        assert!(refused(&format!("{simulated}render = true\nlength_m = 20")).contains("length_m"));
+        assert!(refused(&format!("{simulated}length_m = -1")).contains("-1 m is no length"));
+        assert!(refused(&format!("{head}odometry_scale = \"0.3\"\nvideo = \"v\"\ntruth = \"t\"")).contains("odometry_scale"));
+        assert!(refused(&format!("{head}noise = {{ scale_range = [2.0, 1.0] }}\n[case.simulate]")).contains("in order"));
+        assert!(refused(&format!("columns = [\"gold\"]\n{simulated}")).contains("gold"));
+        let target = "[[target]]\nmetric = \"end right %\"\ngroup = \"b\"\nat_least = 1\n";
+        assert!(refused(&format!("{simulated}{target}")).contains("no walks are called so"));
         assert!(refused(&format!("{head}possess = \"p\"")).contains("possess"));
         assert!(refused(&format!("{head}poses = \"p\"\ntruth = \"t\"\nodometry_scale = \"feet\"")).contains("metric"));
     }

@@ -8,7 +8,7 @@ use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use planwalk::Walk;
-use planwalk::evaluate::{self, Alignment, AssociateOptions, OdometryScoreOptions, OdometryScores, PlaceOptions, PlaceScores};
+use planwalk::evaluate::{self, Alignment, AssociateOptions, OdometryScoreOptions, OdometryScores, PlaceOptions, PlaceScores, scale};
 use planwalk::locate::StartPrior;
 use planwalk::odometry::{Odometry, OdometryOptions};
 use planwalk::types::path::StepNoise;
@@ -16,13 +16,10 @@ use planwalk::types::{Body, Cam, Estimate, FloorPlan, OdometryScale, Plan, PlanP
 use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions, UnknownName};
 use planwalk_io::video::VideoOptions;
-use planwalk_sim::{Building, OdometryNoise, PlanWorldOptions};
 
-use super::suite::{Case, Job, Simulate};
-use crate::simulate::{Site, walk_along};
+use super::simulated;
+use super::suite::{Case, Job};
 
-/// Poses a second of odometry that is simulated along a given path.
-const ALONG_HZ: f64 = 5.0;
 /// How surely a stated start is known: half a metre and 10°, as a person points at it.
 const START_SIGMA: (f64, f64) = (0.5, 0.175);
 /// Truths farther apart than this are no neighbours: frames of a 12 Hz video find theirs.
@@ -41,6 +38,8 @@ pub struct Prepared {
     pub start: Option<StartPrior>,
     /// Where it truly went.
     pub truth: Vec<(Stamp, PlanPose)>,
+    /// True metres in a unit of its odometry, moment by moment; empty where nobody knows.
+    pub units: Vec<(Stamp, f64)>,
     /// How its moments and those of the truth are brought together.
     pub options: PlaceOptions,
     /// Time that the odometry took, seconds, where it was ours.
@@ -63,13 +62,16 @@ impl Prepared {
 pub fn prepare(job: &Job<'_>, data: &Path) -> Result<Prepared, String> {
     let case = job.case;
     let mut prepared = match (&case.simulate, &case.video, &case.poses, &case.along, &case.track) {
-        (Some(simulate), ..) => simulated(job, simulate)?,
+        (Some(simulate), ..) => simulated::family(job, simulate)?,
         (_, Some(video), ..) => from_video(job, data, video)?,
         (_, _, Some(poses), ..) => from_poses(case, data, poses)?,
-        (_, _, _, Some(path), _) => along(job, data, path)?,
+        (_, _, _, Some(path), _) => simulated::along(job, data, path)?,
         (_, _, _, _, Some(track)) => foreign(case, data, track)?,
         _ => return Err("it has no walk".to_owned()),
     };
+    if case.blind {
+        prepared.walk.sightings.clear();
+    }
     if case.start_known {
         prepared.start = prepared.truth.first().map(|(_, pose)| StartPrior {
             x: pose.x,
@@ -97,7 +99,7 @@ fn from_video(job: &Job<'_>, data: &Path, video: &Path) -> Result<Prepared, Stri
 }
 
 /// The odometry of a video and the seconds that it took, without those in which frames were read or drawn.
-fn follow<E: Display>(
+pub(super) fn follow<E: Display>(
     mut frames: impl Iterator<Item = Result<VideoFrame, E>>,
     camera: &planwalk::types::Camera,
     seed: u64,
@@ -132,76 +134,6 @@ fn from_poses(case: &Case, data: &Path, poses: &Path) -> Result<Prepared, String
     Ok(truth.prepared(case, walk, plan, None, Some(scores)))
 }
 
-/// Odometry simulated along a true path, among the walls of a real plan.
-fn along(job: &Job<'_>, data: &Path, path: &Path) -> Result<Prepared, String> {
-    let case = job.case;
-    let plan = plan(case, data)?.ok_or("odometry along a path needs a plan to see")?;
-    let PosesOptions { format, frame, .. } = poses_options(case)?;
-    // Whoever walks looks along the path where the file does not say.
-    let walk = walk_along(&data.join(path), format, frame.unwrap_or(PosesFrame::Body), [0.0; 3]).map_err(say("the path", path))?;
-    let count = (walk.duration_s() * ALONG_HZ).floor() as usize + 1;
-    let stamp = |i: usize| Stamp((i as f64 / ALONG_HZ * 1e9).round() as i64);
-    let truth: Vec<_> = (0..count).map(|i| (stamp(i), walk.at(stamp(i).as_secs()).on_floor)).collect();
-    let seed = Seed(job.seed).child("bench", 0);
-    let walls = Building::from_plan(&plan, &PlanWorldOptions::default(), seed).map_err(|why| why.to_string())?.solid_lines();
-    let noise = case.noise.unwrap_or_else(OdometryNoise::monocular);
-    let (path, sightings) = planwalk_sim::simulate_odometry(&truth, &walls, &noise, seed);
-    Ok(simulated_walk(path, sightings, &noise, truth, plan))
-}
-
-fn simulated_walk(
-    path: planwalk::types::Path,
-    sightings: Vec<planwalk::types::Sighting>,
-    noise: &OdometryNoise,
-    truth: Vec<(Stamp, PlanPose)>,
-    plan: FloorPlan,
-) -> Prepared {
-    // Odometry whose unit is a metre up to what was drawn says so; a localiser is told no more than a user would know.
-    let metric = noise.scale_sigma == 0.0 && noise.metres_per_unit == 1.0;
-    let scale = if metric { OdometryScale::Metric } else { OdometryScale::Unknown };
-    Prepared {
-        walk: Walk { path, sightings, scale },
-        plan: Some(plan),
-        start: None,
-        truth,
-        options: place_options(None, true),
-        odometry_s: None,
-        odometry: None,
-        place: None,
-    }
-}
-
-/// A generated building, and a walk through it.
-fn simulated(job: &Job<'_>, simulate: &Simulate) -> Result<Prepared, String> {
-    let (building, walk) = job.of.unwrap_or_default();
-    let family = Seed(job.seed).child(&job.case.name, building);
-    // The building is the family's; the walk through it is this one's.
-    let options = simulate.scene(family.child("walk", walk));
-    let scene = Site::Generated(simulate.scene.building).scene(family.child("building", 0), &options).map_err(|why| why.to_string())?;
-    if simulate.render {
-        let frames = scene.frames().map(Ok::<_, std::convert::Infallible>);
-        let (odometry, seconds) = follow(frames, scene.camera(), job.seed)?;
-        let truth = scene.truth();
-        let seen: Vec<_> = odometry.poses.iter().map(|p| (p.stamp, p.odom_from_camera)).collect();
-        let options = OdometryScoreOptions { associate: associate(None), ..OdometryScoreOptions::default() };
-        let scores = evaluate::odometry::score(&seen, &truth, Alignment::Sim3, &options).map_err(|why| why.to_string())?;
-        let options = place_options(None, true);
-        return Ok(Prepared {
-            walk: Walk::from(&odometry),
-            plan: Some(scene.plan()),
-            start: None,
-            truth: scene.truth_on_floor(),
-            options,
-            odometry_s: Some(seconds),
-            odometry: Some(scores),
-            place: None,
-        });
-    }
-    let noise = job.case.noise.unwrap_or_else(OdometryNoise::monocular);
-    let simulated = scene.odometry(&noise, simulate.odometry_hz);
-    Ok(simulated_walk(simulated.path, simulated.sightings, &noise, simulated.truth, scene.plan()))
-}
-
 /// Somebody else's answer.
 fn foreign(case: &Case, data: &Path, track: &Path) -> Result<Prepared, String> {
     let truth = Truth::read(case, data)?;
@@ -230,7 +162,8 @@ fn foreign(case: &Case, data: &Path, track: &Path) -> Result<Prepared, String> {
 
 /// A pose without any claim of how sure it is.
 fn estimate(stamp: Stamp, pose: PlanPose) -> Estimate {
-    Estimate { stamp, pose, covariance: nalgebra::Matrix3::zeros(), radius95_m: 0.0, probability: 1.0, status: Status::Tracking }
+    let covariance = nalgebra::Matrix3::zeros();
+    Estimate { stamp, pose, covariance, radius95_m: 0.0, probability: 1.0, status: Status::Tracking, scale: None }
 }
 
 /// Where it truly went.
@@ -244,6 +177,9 @@ struct Truth {
 impl Truth {
     fn read(case: &Case, data: &Path) -> Result<Self, String> {
         let path = case.truth.as_ref().ok_or("it has no truth")?;
+        if let Some(scans) = &case.truth_scans_of {
+            return Err(format!("a truth that is matched by its scans is not read yet ({})", scans.display()));
+        }
         let frame: Option<PosesFrame> = named(case.truth_frame.as_deref())?;
         // As the file has them: the plan's world is not to be turned.
         let options = PosesOptions { frame: Some(PosesFrame::Body), fps: case.fps, ..PosesOptions::default() };
@@ -265,7 +201,8 @@ impl Truth {
         odometry: Option<OdometryScores>,
     ) -> Prepared {
         let options = place_options(case.truth_gap_s, self.faces);
-        Prepared { walk, plan, start: None, truth: self.on_floor, options, odometry_s, odometry, place: None }
+        let units = scale::by_chords(&walk.path, &self.on_floor, &options.associate);
+        Prepared { walk, plan, start: None, truth: self.on_floor, units, options, odometry_s, odometry, place: None }
     }
 
     /// A video's odometry, as that of its camera.
@@ -293,21 +230,21 @@ impl Truth {
     }
 }
 
-fn associate(max_gap_s: Option<f64>) -> AssociateOptions {
+pub(super) fn associate(max_gap_s: Option<f64>) -> AssociateOptions {
     AssociateOptions { max_diff_s: MAX_DIFF_S, max_gap_s, ..AssociateOptions::default() }
 }
 
-fn place_options(max_gap_s: Option<f64>, truth_faces: bool) -> PlaceOptions {
+pub(super) fn place_options(max_gap_s: Option<f64>, truth_faces: bool) -> PlaceOptions {
     PlaceOptions { associate: associate(max_gap_s), truth_faces, ..PlaceOptions::default() }
 }
 
-fn plan(case: &Case, data: &Path) -> Result<Option<FloorPlan>, String> {
+pub(super) fn plan(case: &Case, data: &Path) -> Result<Option<FloorPlan>, String> {
     let options = PlanOptions { metres_per_pixel: case.metres_per_pixel, measure: None };
     let read = |file: &std::path::PathBuf| planwalk_io::plan::read(&data.join(file), &options).map_err(say("the plan", file));
     Ok(case.plan.as_ref().map(read).transpose()?.map(|file| file.plan))
 }
 
-fn poses_options(case: &Case) -> Result<PosesOptions, String> {
+pub(super) fn poses_options(case: &Case) -> Result<PosesOptions, String> {
     Ok(PosesOptions { format: named(case.poses_format.as_deref())?, frame: named(case.poses_frame.as_deref())?, fps: case.fps })
 }
 
@@ -316,6 +253,6 @@ fn named<T: FromStr<Err = UnknownName>>(name: Option<&str>) -> Result<Option<T>,
     name.map(str::parse).transpose().map_err(|why: UnknownName| why.to_string())
 }
 
-fn say<'a, E: Display>(what: &'a str, path: &'a Path) -> impl FnOnce(E) -> String + 'a {
+pub(super) fn say<'a, E: Display>(what: &'a str, path: &'a Path) -> impl FnOnce(E) -> String + 'a {
     move |why| format!("{what} cannot be used: {why} ({})", path.display())
 }

@@ -5,12 +5,12 @@ use std::sync::Mutex;
 
 use planwalk::Method;
 use planwalk::bench::table::Table;
-use planwalk::bench::{self, Record};
+use planwalk::bench::{self, Record, Target, Verdict};
 use planwalk::figure::{BenchPicture, png_of};
 use planwalk::types::Status;
 use serde::Serialize;
 
-use crate::args::{BenchArgs, MethodName};
+use crate::args::BenchArgs;
 use crate::bench::run::Plan;
 use crate::bench::suite::{Job, Suite};
 use crate::failure::{self, Failure};
@@ -34,7 +34,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let results = output.path(RESULTS);
     let known = if args.resume && results.is_file() { keep_whole_lines(&results)? } else { start_anew(&results)? };
     let threads = args.common.threads.map_or_else(cores, usize::from);
-    let mut plan = Plan { suite: &suite, jobs, methods: methods(args), data: &args.data, threads };
+    let mut plan = Plan { suite: &suite, jobs, methods: methods(&suite, args), data: &args.data, threads };
     plan.without(&known);
     voice.say(&format!("{}: {}; {} walks to do, on {threads} threads", suite.name, suite.about, plan.jobs.len()));
     let bar = voice.bar("walks", Some(plan.jobs.len() as u64));
@@ -62,11 +62,19 @@ fn finish(
     records: &[Record],
     before: Option<&[Record]>,
 ) -> Result<(), Failure> {
-    let table = bench::table::summary(records);
+    let named: Vec<_> = suite.columns.iter().filter_map(|head| bench::metric::named(head)).collect();
+    let table = if named.is_empty() { bench::table::summary(records) } else { bench::table::summary_of(records, &named) };
+    let verdicts = verdicts(suite, records);
     let mut page = format!("# Bench {}\n\n{}.\n\n{}", suite.name, suite.about, table.markdown());
     page.push_str(
         "\nIn brackets: 95 % intervals over walks and seeds (bootstrap; Wilson for shares). Median over walks where no % is said.\n",
     );
+    if let Some(megabytes) = peak_memory_mb() {
+        page.push_str(&format!("Most memory of the whole bench at any time: {megabytes:.0} MB.\n"));
+    }
+    if !verdicts.is_empty() {
+        page.push_str(&format!("\n## Targets\n\n{}", bench::target::table(&verdicts).markdown()));
+    }
     page.push_str(&confidently_wrong(records, &args.suite));
     if let Some(before) = before {
         let changes = bench::compare(before, records);
@@ -81,7 +89,7 @@ fn finish(
     output.write("bench.svg", svg)?;
     output.write("bench.png", png)?;
     if args.common.json {
-        say::stdout_text(&summary_json(suite, records, &table));
+        say::stdout_text(&summary_json(suite, records, &table, &verdicts));
     } else if !args.common.quiet {
         say::stdout_text(&page);
     }
@@ -127,11 +135,38 @@ struct Summary<'a> {
     failed: usize,
     head: &'a [String],
     rows: &'a [Vec<String>],
+    targets: Vec<TargetEntry<'a>>,
 }
 
-fn summary_json(suite: &Suite, records: &[Record], table: &Table) -> String {
+#[derive(Serialize)]
+struct TargetEntry<'a> {
+    #[serde(flatten)]
+    target: &'a Target,
+    walks: usize,
+    failed: usize,
+    got: &'a str,
+    met: bool,
+}
+
+/// The suite's targets, held against the first of its methods.
+fn verdicts(suite: &Suite, records: &[Record]) -> Vec<Verdict> {
+    let method = suite.methods.first().copied().unwrap_or_default().to_string();
+    suite.targets.iter().map(|target| target.judge(records, &method)).collect()
+}
+
+/// Most memory that this process ever held, where the system says so.
+fn peak_memory_mb() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kilobytes = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.trim().strip_suffix("kB")?;
+    kilobytes.trim().parse::<f64>().ok().map(|kb| kb / 1024.0)
+}
+
+fn summary_json<'a>(suite: &'a Suite, records: &[Record], table: &'a Table, verdicts: &'a [Verdict]) -> String {
     let failed = records.iter().filter(|r| r.error.is_some()).count();
-    let summary = Summary { suite: &suite.name, records: records.len(), failed, head: &table.head, rows: &table.rows };
+    let entry = |v: &'a Verdict| TargetEntry { target: &v.target, walks: v.walks, failed: v.failed, got: &v.text, met: v.met };
+    let targets = verdicts.iter().map(entry);
+    let summary =
+        Summary { suite: &suite.name, records: records.len(), failed, head: &table.head, rows: &table.rows, targets: targets.collect() };
     // Text and numbers always become JSON.
     serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n"
 }
@@ -155,10 +190,14 @@ fn chosen<'a>(suite: &'a Suite, args: &BenchArgs) -> Result<Vec<Job<'a>>, Failur
     Ok(jobs)
 }
 
-fn methods(args: &BenchArgs) -> Vec<Method> {
-    let all = [MethodName::Planwalk, MethodName::Report];
-    let asked = if args.methods.is_empty() { &all[..] } else { &args.methods[..] };
-    let mut methods: Vec<Method> = asked.iter().map(|name| Method::from(*name)).collect();
+fn methods(suite: &Suite, args: &BenchArgs) -> Vec<Method> {
+    let mut methods: Vec<Method> = args.methods.iter().map(|name| Method::from(*name)).collect();
+    if methods.is_empty() {
+        methods.clone_from(&suite.methods);
+    }
+    if methods.is_empty() {
+        methods = vec![Method::Planwalk, Method::Report];
+    }
     methods.sort();
     methods.dedup();
     methods

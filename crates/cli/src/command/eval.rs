@@ -188,7 +188,7 @@ fn of_file(args: &EvalArgs, notes: &mut Vec<String>) -> Result<Answer, Failure> 
 /// A pose on the plan that claims nothing of its doubt.
 fn unclaimed(stamp: Stamp, pose: &Rigid3<Odom, Body>) -> Estimate {
     let (pose, covariance) = (on_plan(pose), Matrix3::zeros());
-    Estimate { stamp, pose, covariance, radius95_m: 0.0, probability: 0.0, status: Status::Lost }
+    Estimate { stamp, pose, covariance, radius95_m: 0.0, probability: 0.0, status: Status::Lost, scale: None }
 }
 
 /// The plan is the frame of a truth, and of a track from elsewhere.

@@ -118,6 +118,43 @@ fn a_changed_suite_is_run_again_and_compared_with_before() {
 }
 
 #[test]
+fn targets_are_said_to_be_met_or_missed() {
+    let dir = folder();
+    let targets = r#"methods = ["report"]
+columns = ["end right %", "scale off %", "found again after m"]
+[[target]]
+group = "flat"
+metric = "end right %"
+at_least = 0
+[[target]]
+group = "all"
+metric = "found again after m"
+at_most = 1
+[[case]]
+name = "flat"
+kidnap = true
+blind = true
+odometry_scale = "0.2"
+noise = { scale_range = [1.25, 1.25] }"#;
+    let text = SUITE.replace("[[case]]\nname = \"flat\"", targets);
+    let (suite, out) = (suite(dir.path(), &text), dir.path().join("out"));
+    bench(&suite, &out, &[]);
+    let records = records(&out);
+    assert!(records.len() == 2 && records.iter().all(|r| r.method == "report"), "the suite says who walks: {records:?}");
+    for record in &records {
+        let place = record.place.as_ref().unwrap();
+        // The recipe takes a unit for a metre, and is not told otherwise.
+        let off = place.scale.unwrap();
+        assert!((off.end_log_error - 1.25f64.ln()).abs() < 0.1 && place.kidnap.is_some(), "{place:?}");
+        assert!(place.filter.as_ref().unwrap().stays.len() == 5);
+    }
+    let table = fs::read_to_string(out.join("table.md")).unwrap();
+    assert!(table.contains("## Targets") && table.contains("found again after m") && !table.contains("track median m"), "{table}");
+    let verdicts: Vec<&str> = table.lines().filter(|line| line.contains("≥ 0") || line.contains("≤ 1")).collect();
+    assert!(verdicts.len() == 2 && verdicts[0].contains("| met ") && verdicts[1].contains("| missed "), "{verdicts:?}");
+}
+
+#[test]
 fn tracks_from_elsewhere_are_scored_as_they_are() {
     let dir = folder();
     let walk = simulated(dir.path(), 11);

@@ -35,6 +35,9 @@ pub struct Record {
     pub locate_s: Option<f64>,
     /// The verdict at the end.
     pub status: Option<Status>,
+    /// How often the track enters a wall.
+    #[serde(default)]
+    pub wall_crossings: Option<usize>,
     /// How the place was found.
     pub place: Option<PlaceScores>,
     /// How the odometry followed.
@@ -124,6 +127,7 @@ pub(super) mod tests {
             odometry_s: None,
             locate_s: Some(2.0),
             status: Some(Status::Tracking),
+            wall_crossings: None,
             place: None,
             odometry: None,
             error: None,
@@ -146,8 +150,9 @@ pub(super) mod tests {
             heading_rmse_rad: None,
             recall: vec![Recall { within_m: 1.0, of_moments: 1.0, of_distance: 1.0 }],
             calibration: None,
+            calibration_tracking: None,
         };
-        let place = PlaceScores { duration_s: 10.0, length_m: 12.0, track, filter: None, hypotheses: None };
+        let place = PlaceScores { duration_s: 10.0, length_m: 12.0, track, filter: None, hypotheses: None, scale: None, kidnap: None };
         Record { place: Some(place), ..record }
     }
 

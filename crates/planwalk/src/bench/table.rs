@@ -49,14 +49,23 @@ pub fn groups(records: &[Record]) -> Vec<(String, String)> {
     names
 }
 
-/// The metrics that any of the records has.
+/// The usual metrics that any of the records has.
 pub fn present(records: &[Record]) -> Vec<&'static Metric> {
-    METRICS.iter().filter(|metric| records.iter().any(|r| (metric.of)(r).is_some())).collect()
+    METRICS.iter().filter(|metric| !metric.extra && has(records, metric)).collect()
 }
 
-/// One row a group and method, and one a method over all groups where there are several.
+fn has(records: &[Record], metric: &Metric) -> bool {
+    records.iter().any(|r| (metric.of)(r).is_some())
+}
+
+/// One row a group and method, and one a method over all groups where there are several; the usual columns.
 pub fn summary(records: &[Record]) -> Table {
-    let metrics = present(records);
+    summary_of(records, &present(records))
+}
+
+/// The same with these columns; those that no record has are left out.
+pub fn summary_of(records: &[Record], metrics: &[&'static Metric]) -> Table {
+    let metrics: Vec<&Metric> = metrics.iter().copied().filter(|metric| has(records, metric)).collect();
     let mut table = Table { head: vec!["walks".to_owned(), "method".to_owned(), "N".to_owned()], rows: Vec::new() };
     let failed = records.iter().any(|r| r.error.is_some());
     table.head.extend(failed.then(|| "failed".to_owned()));
@@ -94,7 +103,8 @@ pub fn value(metric: &Metric, records: &[&Record]) -> Option<Interval> {
     }
 }
 
-fn cell(metric: &Metric, records: &[&Record]) -> String {
+/// The same as text, in the metric's unit for people.
+pub fn cell(metric: &Metric, records: &[&Record]) -> String {
     let Some(Interval { value, low, high }) = value(metric, records) else { return "–".to_owned() };
     let text = |v: f64| if v.is_infinite() { "never".to_owned() } else { format!("{:.*}", metric.decimals, v * metric.factor) };
     // One walk has no spread.

@@ -27,6 +27,8 @@ pub struct Moment {
     pub radius95_m: f64,
     /// What was claimed.
     pub status: Status,
+    /// Claimed metres per unit of odometry; `None` where nothing was said.
+    pub metres_per_unit: Option<f64>,
 }
 
 /// Every compared moment of both answers.
@@ -68,7 +70,7 @@ pub fn curves(
             return Err(EvaluateError::NotFinite { what: "track", index });
         }
     }
-    let walked = walked(truth);
+    let walked = walked(truth, options.carried_at);
     let mut track = moments(track, truth, &walked, options)?;
     let mut filter = if filter.is_empty() { Vec::new() } else { moments(filter, truth, &walked, options)? };
     // One origin for both, so that distances mean the same.
@@ -79,12 +81,12 @@ pub fn curves(
     Ok(Curves { track, filter })
 }
 
-/// Metres along the truth up to each of its poses.
-fn walked(truth: &[(Stamp, PlanPose)]) -> Vec<f64> {
+/// Metres along the truth up to each of its poses. Who is carried to the pose of `carried_at` does not walk there.
+fn walked(truth: &[(Stamp, PlanPose)], carried_at: Option<Stamp>) -> Vec<f64> {
     let mut sum = 0.0;
     let mut out = Vec::with_capacity(truth.len());
-    for (i, (_, pose)) in truth.iter().enumerate() {
-        if i > 0 {
+    for (i, (stamp, pose)) in truth.iter().enumerate() {
+        if i > 0 && Some(*stamp) != carried_at {
             sum += pose.origin().distance(truth[i - 1].1.origin());
         }
         out.push(sum);
@@ -125,6 +127,7 @@ fn moment(estimate: &Estimate, truth: PlanPose, distance_m: f64, faces: bool) ->
         pose_d2,
         radius95_m: estimate.radius95_m,
         status: estimate.status,
+        metres_per_unit: estimate.scale.map(|s| s.metres_per_unit),
     }
 }
 

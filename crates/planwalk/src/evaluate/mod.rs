@@ -1,26 +1,31 @@
 //! How far is it from the truth? Scores of odometry and of tracks on the plan, and whether what was claimed held.
 //!
 //! estimate + truth ──[`associate()`] by time──▶ pairs ──┬─[`align()`]──▶ [`odometry::score`]: ATE, RPE, drift (the odometry's frame is its own)
-//!                                                  └──▶ [`curves()`] ──▶ [`place::score`]: errors, recall, calibration (the plan is the frame)
+//!                                                  └──▶ [`curves()`] ──▶ [`place::score`]: errors, recall, calibration (the plan is the frame);
+//!                                                               [`scale::score`]: metres per unit
 //!
 //! Everything is pure: poses in, numbers out. Pitfalls: two files may run on two clocks ([`EvaluateError::NoOverlap`]), and a
 //! truth clicked once a second is far from most frames ([`AssociateOptions::max_gap_s`]).
 
 pub mod align;
 pub mod associate;
+pub mod causal;
 pub mod curves;
 pub mod file;
 pub mod odometry;
 pub mod place;
+pub mod scale;
 pub mod statistics;
 pub mod words;
 
 pub use align::{Alignment, Similarity, align};
 pub use associate::{AssociateOptions, Match, associate};
+pub use causal::{CausalScores, Convergence, KidnapScores, Stay};
 pub use curves::{Curves, Moment, curves};
 pub use file::{Evaluation, Pace, Timing};
 pub use odometry::{OdometryScoreOptions, OdometryScores};
 pub use place::{PlaceOptions, PlaceScores};
+pub use scale::ScaleScores;
 pub use statistics::Summary;
 
 /// Why there is nothing to score.

@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::EvaluateError;
 use super::associate::AssociateOptions;
+use super::causal::{CausalScores, KidnapScores, causal, found_again};
 use super::curves::{Curves, Moment, coverage, curves, recall};
+use super::scale::ScaleScores;
 use super::statistics::{mean, quantile, rmse, share};
 
 /// Options of [`score`].
@@ -22,11 +24,13 @@ pub struct PlaceOptions {
     pub right_m: f64,
     /// Error above which an answer is wrong, metres. The default is 2 m.
     pub wrong_m: f64,
+    /// When the walker was carried elsewhere without walking: the stamp of the first true pose there.
+    pub carried_at: Option<Stamp>,
 }
 
 impl Default for PlaceOptions {
     fn default() -> Self {
-        Self { associate: AssociateOptions::default(), truth_faces: true, right_m: 1.0, wrong_m: 2.0 }
+        Self { associate: AssociateOptions::default(), truth_faces: true, right_m: 1.0, wrong_m: 2.0, carried_at: None }
     }
 }
 
@@ -43,6 +47,12 @@ pub struct PlaceScores {
     pub filter: Option<CausalScores>,
     /// The listed places; `None` where there are none, or where the truth ends before the walk.
     pub hypotheses: Option<HypothesisScores>,
+    /// How well metres per unit were known; `None` where the truth of it was not given.
+    #[serde(default)]
+    pub scale: Option<ScaleScores>,
+    /// Of a walker who was carried elsewhere on the way.
+    #[serde(default)]
+    pub kidnap: Option<KidnapScores>,
 }
 
 /// Errors and honesty of one answer.
@@ -74,6 +84,9 @@ pub struct AnswerScores {
     pub recall: Vec<Recall>,
     /// Whether the doubt was honest; `None` where none was claimed.
     pub calibration: Option<Calibration>,
+    /// The same for the moments that claim to be tracking; `None` where there are none.
+    #[serde(default)]
+    pub calibration_tracking: Option<Calibration>,
 }
 
 /// How much of a walk was answered within a distance.
@@ -111,40 +124,6 @@ pub struct Coverage {
     pub empirical: f64,
 }
 
-/// The causal answer: as an answer, and when it came.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CausalScores {
-    /// Errors and honesty.
-    pub errors: AnswerScores,
-    /// From when on it stays within [`PlaceOptions::right_m`]; `None` if it never does.
-    pub converged_right: Option<Convergence>,
-    /// From when on it stays within [`PlaceOptions::wrong_m`].
-    pub converged_near: Option<Convergence>,
-    /// Share of the moments that claim to be tracking while more than [`PlaceOptions::wrong_m`] off.
-    pub false_confidence: f64,
-    /// Longest such stretch, seconds.
-    pub false_confidence_longest_s: f64,
-    /// Share of the moments whose status is `tracking`.
-    pub tracking: f64,
-    /// Share of the moments whose status is `ambiguous`.
-    pub ambiguous: f64,
-    /// Share of the moments whose status is `lost`.
-    pub lost: f64,
-    /// Status at the last compared moment.
-    pub end_status: Status,
-}
-
-/// From when on an answer is right and stays so.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Convergence {
-    /// Metres.
-    pub within_m: f64,
-    /// Metres walked until then.
-    pub distance_m: f64,
-    /// Seconds until then.
-    pub time_s: f64,
-}
-
 /// Whether the truth is among the listed places.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HypothesisScores {
@@ -156,14 +135,23 @@ pub struct HypothesisScores {
     pub any_right: bool,
     /// Probability that was given to all that do.
     pub probability_right: f64,
+    /// Places that hold at least a fifth of the mass: the answers that somebody would act on.
+    #[serde(default)]
+    pub held: usize,
+    /// Whether one of those lies within [`PlaceOptions::right_m`].
+    #[serde(default)]
+    pub held_right: bool,
 }
 
 /// Distances of [`AnswerScores::recall`], metres.
 const RECALL_M: [f64; 3] = [0.5, 1.0, 2.0];
 /// Regions of [`Calibration::regions`].
 const REGIONS: [f64; 3] = [0.5, 0.9, 0.95];
+/// Mass from which a place is one that somebody would act on.
+const HELD: f64 = 0.2;
 
-/// Scores a walk found on a plan; `filter` may be empty. [`PlaceScores::hypotheses`] is left to [`hypotheses`].
+/// Scores a walk found on a plan; `filter` may be empty. [`PlaceScores::hypotheses`] is left to [`hypotheses`], and
+/// [`PlaceScores::scale`] to [`super::scale::score`].
 ///
 /// # Errors
 /// As [`curves()`].
@@ -185,12 +173,15 @@ pub fn scores_of(curves: &Curves, options: &PlaceOptions) -> Option<PlaceScores>
         track: answer(&curves.track, options)?,
         filter: causal(&curves.filter, options),
         hypotheses: None,
+        scale: None,
+        kidnap: options.carried_at.and_then(|at| found_again(&curves.filter, at, options.right_m)),
     })
 }
 
-fn answer(moments: &[Moment], options: &PlaceOptions) -> Option<AnswerScores> {
+pub(super) fn answer(moments: &[Moment], options: &PlaceOptions) -> Option<AnswerScores> {
     let errors: Vec<f64> = moments.iter().map(|m| m.error_m).collect();
     let headings: Vec<f64> = moments.iter().filter_map(|m| m.heading_error_rad).collect();
+    let tracking: Vec<Moment> = moments.iter().filter(|m| m.status == Status::Tracking).copied().collect();
     let last = moments.last()?;
     let within = |within_m: f64| {
         let point = recall(moments, within_m);
@@ -210,6 +201,7 @@ fn answer(moments: &[Moment], options: &PlaceOptions) -> Option<AnswerScores> {
         heading_rmse_rad: rmse(&headings),
         recall: RECALL_M.map(within).to_vec(),
         calibration: calibration(moments),
+        calibration_tracking: calibration(&tracking),
     })
 }
 
@@ -226,43 +218,6 @@ fn calibration(moments: &[Moment]) -> Option<Calibration> {
     })
 }
 
-fn causal(moments: &[Moment], options: &PlaceOptions) -> Option<CausalScores> {
-    let is = |status: Status| share(moments.iter().map(|m| m.status == status));
-    let falsely = |m: &Moment| m.status == Status::Tracking && m.error_m > options.wrong_m;
-    Some(CausalScores {
-        errors: answer(moments, options)?,
-        converged_right: convergence(moments, options.right_m),
-        converged_near: convergence(moments, options.wrong_m),
-        false_confidence: share(moments.iter().map(falsely)),
-        false_confidence_longest_s: longest_s(moments, &falsely),
-        tracking: is(Status::Tracking),
-        ambiguous: is(Status::Ambiguous),
-        lost: is(Status::Lost),
-        end_status: moments.last()?.status,
-    })
-}
-
-fn convergence(moments: &[Moment], within_m: f64) -> Option<Convergence> {
-    let from = moments.iter().rposition(|m| !(m.error_m <= within_m)).map_or(0, |last_off| last_off + 1);
-    let (first, then) = (moments.first()?, moments.get(from)?);
-    Some(Convergence { within_m, distance_m: then.distance_m, time_s: then.stamp.secs_since(first.stamp) })
-}
-
-/// Longest time without a break in which `holds`; a moment lasts until the next one.
-fn longest_s(moments: &[Moment], holds: &dyn Fn(&Moment) -> bool) -> f64 {
-    let (mut longest, mut since) = (0.0f64, None);
-    for (i, moment) in moments.iter().enumerate() {
-        if !holds(moment) {
-            since = None;
-            continue;
-        }
-        let from = *since.get_or_insert(moment.stamp);
-        let until = moments.get(i + 1).unwrap_or(moment).stamp;
-        longest = longest.max(until.secs_since(from));
-    }
-    longest
-}
-
 /// Longest time between a walk's end and the truth that is taken for it, seconds: half a step of a walker.
 const END_WITHIN_S: f64 = 0.5;
 
@@ -276,21 +231,24 @@ pub fn hypotheses(places: &[(f64, PlanPose)], end: Stamp, truth: &[(Stamp, PlanP
     }
     let away: Vec<(f64, f64)> = places.iter().map(|(p, pose)| (*p, pose.origin().distance(true_end.origin()))).collect();
     let right = |(_, distance): &&(f64, f64)| *distance <= options.right_m;
+    let held = || away.iter().filter(|(p, _)| *p >= HELD);
     Some(HypothesisScores {
         listed: places.len(),
         nearest_m: away.iter().map(|(_, d)| *d).fold(f64::INFINITY, f64::min),
         any_right: away.iter().any(|a| right(&a)),
         probability_right: away.iter().filter(right).fold(0.0, |sum, (p, _)| sum + p),
+        held: held().count(),
+        held_right: held().any(|a| right(&a)),
     })
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use nalgebra::{Matrix3, Vector3};
 
-    /// A walk along x at 1 m/s whose answer is off to the side by these metres, second by second.
-    fn walk(off_m: &[f64], sigma_m: f64) -> (Vec<Estimate>, Vec<(Stamp, PlanPose)>) {
+    /// A walk along x at 1 m/s (every second moment claims to be tracking) whose answer is off to the side by these metres, second by second.
+    pub fn walk(off_m: &[f64], sigma_m: f64) -> (Vec<Estimate>, Vec<(Stamp, PlanPose)>) {
         let at = |i: usize| Stamp(i as i64 * 1_000_000_000);
         let estimate = |(i, off): (usize, &f64)| Estimate {
             stamp: at(i),
@@ -299,33 +257,15 @@ mod tests {
             radius95_m: 2.5 * sigma_m,
             probability: 1.0,
             status: if i % 2 == 0 { Status::Tracking } else { Status::Ambiguous },
+            scale: None,
         };
         let truth = (0..off_m.len()).map(|i| (at(i), PlanPose::new(i as f64, 0.0, 0.0))).collect();
         (off_m.iter().enumerate().map(estimate).collect(), truth)
     }
 
-    fn scored(off_m: &[f64], sigma_m: f64) -> PlaceScores {
+    pub fn scored(off_m: &[f64], sigma_m: f64) -> PlaceScores {
         let (track, truth) = walk(off_m, sigma_m);
         score(&track, &track, &truth, &PlaceOptions::default()).unwrap()
-    }
-
-    #[test]
-    fn convergence_counts_from_where_the_answer_stays_right() {
-        let scores = scored(&[5.0, 0.5, 3.0, 1.5, 0.4, 0.2], 0.5);
-        let filter = scores.filter.unwrap();
-        assert_eq!(filter.converged_right.map(|c| (c.distance_m, c.time_s)), Some((4.0, 4.0)));
-        assert_eq!(filter.converged_near.map(|c| c.distance_m), Some(3.0));
-        let never = scored(&[0.1, 0.1, 1.2], 0.5).filter.unwrap();
-        assert_eq!((never.converged_right, never.converged_near.map(|c| c.distance_m)), (None, Some(0.0)));
-        assert!(!never.errors.end_right && (never.errors.end_m - 1.2).abs() < 1e-12);
-    }
-
-    #[test]
-    fn confidence_that_is_false_is_told_with_its_longest_stretch() {
-        // Every second moment claims to be tracking.
-        let filter = scored(&[5.0, 5.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.5).filter.unwrap();
-        assert_eq!((filter.false_confidence, filter.false_confidence_longest_s), (0.25, 1.0));
-        assert_eq!((filter.tracking, filter.ambiguous, filter.lost), (0.5, 0.5, 0.0));
     }
 
     #[test]
@@ -366,6 +306,9 @@ mod tests {
         track[1].covariance = Matrix3::zeros();
         let one = score(&track, &[], &truth, &PlaceOptions::default()).unwrap().track.calibration.unwrap();
         assert_eq!((one.without_region, one.regions[2].empirical), (1, 2.0 / 3.0));
+        // The collapsed one did not claim to be tracking.
+        let tracking = score(&track, &[], &truth, &PlaceOptions::default()).unwrap().track.calibration_tracking.unwrap();
+        assert_eq!((tracking.without_region, tracking.regions[2].empirical), (0, 1.0));
         for estimate in &mut track {
             estimate.covariance = Matrix3::zeros();
         }
@@ -387,6 +330,7 @@ mod tests {
         let places = [(0.7, PlanPose::new(9.0, 0.0, 0.0)), (0.2, PlanPose::new(2.0, 0.6, 0.0))];
         let end = track[2].stamp;
         let found = hypotheses(&places, end, &truth, &PlaceOptions::default()).unwrap();
+        assert_eq!((found.held, found.held_right), (2, true), "a fifth is enough");
         assert!(found.any_right && (found.nearest_m - 0.6).abs() < 1e-12 && (found.probability_right - 0.2).abs() < 1e-12);
         assert_eq!(hypotheses(&places, Stamp(9_000_000_000), &truth, &PlaceOptions::default()), None);
         assert_eq!(hypotheses(&[], end, &truth, &PlaceOptions::default()), None);

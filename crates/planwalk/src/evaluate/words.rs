@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::causal::Convergence;
 use super::curves::Curves;
-use super::place::{AnswerScores, Convergence};
+use super::place::AnswerScores;
 use super::{Alignment, Evaluation, OdometryScores, PlaceScores};
 use crate::words::percent;
 
@@ -61,6 +62,10 @@ fn place_text(out: &mut String, scores: &PlaceScores) {
     let Some(filter) = filter else { return };
     for (name, converged) in [("stays right from", &filter.converged_right), ("stays near from", &filter.converged_near)] {
         line(out, [name, "", &convergence(converged)]);
+    }
+    for stay in filter.stays.iter().filter(|stay| stay.from_m < scores.length_m && stay.from_m >= 30.0) {
+        let held = if stay.holds { "yes" } else { "no" };
+        line(out, [&format!("within {} m from {} m on", stay.within_m, stay.from_m), "", held]);
     }
     let shares = format!("{} / {} / {}", percent(filter.tracking), percent(filter.ambiguous), percent(filter.lost));
     let _ = writeln!(out, "  tracking / ambiguous / lost: {shares}; at the end: {}", filter.end_status);

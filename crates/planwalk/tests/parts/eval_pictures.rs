@@ -15,6 +15,7 @@ fn estimates(off_m: f64) -> Vec<Estimate> {
         radius95_m: 1.1,
         probability: 1.0,
         status: if i < 12 { Status::Ambiguous } else { Status::Tracking },
+        scale: None,
     };
     (0..60).map(estimate).collect()
 }
