@@ -91,8 +91,8 @@ pub(super) fn of(word: &str) -> Option<Kind> {
     let whole = parts.concat().replace("indoor", "").replace("outdoor", "");
     let contained = WORDS.iter().find(|(_, known)| known.iter().any(|k| whole.contains(k)));
     let short = || SHORT.iter().find(|(_, known)| parts.iter().any(|p| known.contains(p))).map(|(kind, _)| *kind);
-    let slipped = |known: &&str| known.chars().count() >= SLIP_FROM && parts.iter().any(|p| one_slip(p, known));
-    let nearly = || WORDS.iter().find(|(_, known)| known.iter().any(|k| slipped(&k))).map(|(kind, _)| *kind);
+    let slipped = |known: &str| known.chars().count() >= SLIP_FROM && parts.iter().any(|p| one_slip(p, known));
+    let nearly = || WORDS.iter().find(|(_, known)| known.iter().any(|k| slipped(k))).map(|(kind, _)| *kind);
     contained.map(|(kind, _)| *kind).or_else(short).or_else(nearly)
 }
 

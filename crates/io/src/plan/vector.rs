@@ -2,8 +2,7 @@
 //!
 //! shapes in metres ─▶ grid of 5 cm, or coarser for large sites ─▶ cells ─▶ [`FloorPlan`]
 //!
-//! Floors are filled by their cells' centres. Walls, windows and doors take every cell that they touch, so that no thin wall gets
-//! holes. Areas are filled by the even-odd rule: holes stay holes, whichever way rings run.
+//! Everything takes every cell that it touches, so that no thin wall gets holes and no seam between two floors is a gap. Areas are filled by the even-odd rule: holes stay holes, whichever way rings run.
 //! The plan's origin keeps the metres of the file, which may be millions (a projected map's easting and northing).
 
 use planwalk_types::{Cell, FloorPlan, Plan, PlanError, Pt2};
@@ -92,7 +91,7 @@ pub(super) fn draw(shapes: &[Shape], mut notes: Vec<String>) -> Result<PlanFile,
     });
     for shape in &shapes {
         match (shape.kind, &shape.form) {
-            (Kind::Floor, Form::Area(rings)) => canvas.fill(rings, Cell::Free)?,
+            (Kind::Floor, form @ Form::Area(_)) => canvas.solid(form, Cell::Free)?,
             (Kind::Floor | Kind::Passed, _) => {}
             (Kind::Wall, form) => canvas.solid(form, Cell::Wall)?,
             (Kind::Window, form) => canvas.solid(form, Cell::Window)?,
