@@ -69,9 +69,10 @@ pub fn poses(path: &Path, args: &PosesArgs) -> Result<Read<(planwalk::types::Pat
     Ok(Read { value: (file.trajectory.to_path(&StepNoise::default()), scale), notes: file.notes })
 }
 
-/// Sightings from a file.
-pub fn sightings(path: &Path) -> Result<Vec<Sighting>, Failure> {
-    planwalk_io::sightings::read(path).map_err(|why| Failure::input("the sightings file", why, path))
+/// Sightings from a file: a table, or a robot's laser.
+pub fn sightings(path: &Path) -> Result<Read<Vec<Sighting>>, Failure> {
+    let file = planwalk_io::sightings::open(path).map_err(|why| Failure::input("the sightings file", why, path))?;
+    Ok(Read { value: file.sightings, notes: file.notes })
 }
 
 /// A plan.

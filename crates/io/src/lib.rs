@@ -4,9 +4,9 @@
 //! |---|---|
 //! | video file, folder of images | [`video::open`] → [`planwalk_types::VideoFrame`]s, one at a time |
 //! | `camera.yaml` (ROS, Kalibr) | [`camera::read`] → [`planwalk_types::Camera`] |
-//! | image, ROS `map.yaml` | [`plan::read`] → [`planwalk_types::FloorPlan`] |
+//! | image, ROS `map.yaml`, GeoJSON, list of walls | [`plan::read`] → [`planwalk_types::FloorPlan`] |
 //! | TUM, KITTI, EuRoC, CARMEN, CSV | [`trajectory::read`] → [`planwalk_types::Trajectory`] |
-//! | `sightings.csv` | [`sightings::read`] → [`planwalk_types::Sighting`]s |
+//! | `sightings.csv`, a CARMEN log's scans | [`sightings::read`] → [`planwalk_types::Sighting`]s |
 //!
 //! Nothing is trusted: sizes are checked before memory is taken, every refusal says what was met and what to do.
 //! Errors do not repeat the path that the caller gave (the caller knows it); they name files found on the way.

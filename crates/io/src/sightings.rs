@@ -1,6 +1,9 @@
-//! What was seen, as a table: CSV `t_s,bearing_rad,range,sigma`.
+//! What was seen? A table, CSV `t_s,bearing_rad,range,sigma`, or a laser's scans in a robot's log (CARMEN, `FLASER`).
 //!
-//! Body frame: bearing in radians anticlockwise from forward; range and sigma in the odometry's unit.
+//! Body frame: bearing in radians anticlockwise from forward; range and sigma in the odometry's unit. Gzip and bzip2 are unpacked.
+//! Stamps of a log are those of the poses that are read from it: its first pose is zero.
+
+mod laser;
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -8,6 +11,7 @@ use std::path::Path;
 use planwalk_types::{Sighting, Stamp};
 
 use crate::text;
+use crate::trajectory::{PosesError, scan};
 
 const COLUMNS: [&str; 4] = ["t_s", "bearing_rad", "range", "sigma"];
 
@@ -18,7 +22,9 @@ pub enum SightingsError {
     #[error("the sightings cannot be read or written: {0}")]
     Io(#[from] std::io::Error),
     /// The first line does not name the columns.
-    #[error("no column \"{missing}\" in the header: the first line must name t_s,bearing_rad,range,sigma")]
+    #[error(
+        "no column \"{missing}\" in the header: the first line must name t_s,bearing_rad,range,sigma; a robot's log needs FLASER lines"
+    )]
     NoColumn {
         /// The column that is not there.
         missing: &'static str,
@@ -53,20 +59,55 @@ pub enum SightingsError {
         /// The stamp before.
         before_s: f64,
     },
+    /// A robot's log that is broken.
+    #[error("the robot's log: {0}")]
+    Log(#[from] PosesError),
+    /// Scans that never met anything.
+    #[error("none of the {readings} readings in the log's scans is shorter than {limit_m} m: the laser saw nothing that could be compared")]
+    NothingMet {
+        /// Readings there are.
+        readings: usize,
+        /// From here on a reading means nothing, metres.
+        limit_m: f32,
+    },
     /// Nothing below the header.
     #[error("the file holds no sightings: leave the option away to go without")]
     Empty,
 }
 
-/// Reads sightings in time order; many may share a stamp. Columns are found by name, others are passed over.
-///
-/// Rows with a range of exactly zero are left out: that is how sensors say that they saw nothing.
+/// Sightings, and how they were read.
+#[derive(Debug, Clone)]
+pub struct SightingsFile {
+    /// In time order; many may share a stamp.
+    pub sightings: Vec<Sighting>,
+    /// What was decided on the way, for people.
+    pub notes: Vec<String>,
+}
+
+/// Reads sightings in time order; many may share a stamp. The same as [`open`] without its notes.
 ///
 /// # Errors
 /// [`SightingsError`], with the line.
 pub fn read(path: &Path) -> Result<Vec<Sighting>, SightingsError> {
+    Ok(open(path)?.sightings)
+}
+
+/// Reads a table of sightings, or the scans of a robot's log; its content says which.
+///
+/// A table's columns are found by name, others are passed over. Rows with a range of exactly zero are left out: that is how
+/// sensors say that they saw nothing. Of a scan, readings some 4° apart are taken, see the notes of the result.
+///
+/// # Errors
+/// [`SightingsError`], with the line.
+pub fn open(path: &Path) -> Result<SightingsFile, SightingsError> {
     let text = text::read(path)?;
-    let mut lines = text::data_lines(&text);
+    let mut notes = Vec::new();
+    let sightings = if scan::has_scans(&text) { laser::read(&text, &mut notes)? } else { table(&text)? };
+    Ok(SightingsFile { sightings, notes })
+}
+
+fn table(text: &str) -> Result<Vec<Sighting>, SightingsError> {
+    let mut lines = text::data_lines(text);
     let (_, header) = lines.next().ok_or(SightingsError::Empty)?;
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
     let mut at = [0; 4];

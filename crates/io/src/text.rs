@@ -35,6 +35,11 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
+/// The beginning of a text that is shown in a message.
+pub(crate) fn short(text: &str) -> String {
+    text.chars().take(40).collect()
+}
+
 /// Seconds as a stamp, exact to the nanosecond where the text is a plain decimal (f64 holds unix time to 240 ns only).
 pub(crate) fn seconds(token: &str) -> Option<Stamp> {
     exact_seconds(token).or_else(|| token.parse().ok().and_then(Stamp::from_secs))

@@ -58,7 +58,8 @@ pub enum Command {
   planwalk locate walk.mp4 --plan floor2.png --metres-per-pixel 0.02 -o out
   planwalk locate walk.mp4 --plan scan.jpg --measure 100,200,400,200=6m --start 3.5,2 -o out
   planwalk locate --poses odometry.tum --sightings sightings.csv --plan map.yaml -o out
-  planwalk locate --poses robot.clf --odometry-scale metric --plan map.yaml -o out")]
+  planwalk locate --poses robot.clf --sightings robot.clf --odometry-scale metric --plan map.yaml -o out
+  planwalk locate --poses steps.tum --odometry-scale 0.1 --plan floor4.geojson -o out")]
     Locate(LocateArgs),
     /// Shows every place of a plan where a trajectory fits without touching a wall
     #[command(after_help = "Examples:
@@ -206,7 +207,7 @@ impl PosesArgs {
 /// A plan and its scale.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// Floor plan: an image, or a ROS map.yaml
+    /// Floor plan: an image, a ROS map.yaml, GeoJSON, or a CSV of walls x0,y0,x1,y1[,kind]
     #[arg(long, value_name = "PLAN")]
     pub plan: PathBuf,
     /// Metres in a pixel of the plan's image
@@ -237,7 +238,7 @@ pub struct LocateArgs {
     /// A path from elsewhere.
     #[command(flatten)]
     pub poses: PosesArgs,
-    /// Sightings to go with the poses: CSV t_s,bearing_rad,range,sigma
+    /// Sightings to go with the poses: CSV t_s,bearing_rad,range,sigma, or the laser in a CARMEN log
     #[arg(long, value_name = "FILE", requires = "poses")]
     pub sightings: Option<PathBuf>,
     /// The plan.

@@ -108,6 +108,8 @@ pub struct Case {
     pub metres_per_pixel: Option<f64>,
     /// Where it truly went. Not needed where the simulator knows.
     pub truth: Option<PathBuf>,
+    /// The raw log whose scans the truth, a corrected log, shares: the truth takes its stamps.
+    pub truth_scans_of: Option<PathBuf>,
     /// Frame of the truth: body or camera.
     pub truth_frame: Option<String>,
     /// Added to the truth's stamps, seconds.
@@ -115,8 +117,6 @@ pub struct Case {
     pub truth_offset_s: f64,
     /// A truth this coarse is interpolated, seconds.
     pub truth_gap_s: Option<f64>,
-    /// A laser's log whose scans are those of the truth: the truth takes its stamps from there.
-    pub truth_scans_of: Option<PathBuf>,
     /// Whether only the odometry is scored, though there is a plan.
     #[serde(default)]
     pub tracking_only: bool,
@@ -278,6 +278,9 @@ impl Case {
         if self.truth.is_none() && self.simulate.is_none() && self.along.is_none() {
             return Err("it has no truth".to_owned());
         }
+        if self.truth_scans_of.is_some() && (self.truth.is_none() || self.truth_frame.is_some()) {
+            return Err("truth_scans_of goes with a truth that is a robot's corrected log, of the body".to_owned());
+        }
         if self.along.is_some() && self.plan.is_none() {
             return Err("odometry along a path needs a plan to see".to_owned());
         }
@@ -340,6 +343,8 @@ mod tests {
         assert!(refused(head).contains("exactly one of video"));
         assert!(refused(&format!("{head}poses = \"p\"\nvideo = \"v\"\ntruth = \"t\"")).contains("video and poses"));
         assert!(refused(&format!("{head}poses = \"p\"")).contains("no truth"));
+        let camera = format!("{head}poses = \"p\"\ntruth = \"t\"\ntruth_scans_of = \"r\"\ntruth_frame = \"camera\"");
+        assert!(refused(&camera).contains("corrected log"));
         let simulated = format!("{head}[case.simulate]\n");
         assert!(refused(&format!("{simulated}odometry_hz = 0")).contains("no rate"));
         assert!(refused(&format!("{simulated}lively = true\n[case.simulate.scene.walk]\nspeed_mps = 1.0")).contains("duration_s only"));

@@ -177,13 +177,14 @@ struct Truth {
 impl Truth {
     fn read(case: &Case, data: &Path) -> Result<Self, String> {
         let path = case.truth.as_ref().ok_or("it has no truth")?;
-        if let Some(scans) = &case.truth_scans_of {
-            return Err(format!("a truth that is matched by its scans is not read yet ({})", scans.display()));
-        }
         let frame: Option<PosesFrame> = named(case.truth_frame.as_deref())?;
         // As the file has them: the plan's world is not to be turned.
         let options = PosesOptions { frame: Some(PosesFrame::Body), fps: case.fps, ..PosesOptions::default() };
-        let file = planwalk_io::trajectory::read(&data.join(path), &options).map_err(say("the truth", path))?;
+        let file = match &case.truth_scans_of {
+            Some(raw) => planwalk_io::trajectory::stamps_by_scan(&data.join(path), &data.join(raw)),
+            None => planwalk_io::trajectory::read(&data.join(path), &options),
+        }
+        .map_err(say("the truth", path))?;
         let of_camera = frame == Some(PosesFrame::Camera) || matches!(file.format, PosesFormat::Kitti | PosesFormat::Matrices);
         let shift = |stamp: Stamp| Stamp::from_secs(case.truth_offset_s).map_or(stamp, |by| Stamp(stamp.0.saturating_add(by.0)));
         let body = |iso: &nalgebra::Isometry3<f64>| if of_camera { Rigid3::<Plan, Cam>::new(*iso).body() } else { Rigid3::new(*iso) };

@@ -75,7 +75,9 @@ fn from_poses(task: &mut Task, args: &LocateArgs, file: &std::path::Path) -> Res
     let sightings = match &args.sightings {
         Some(file) => {
             task.result.inputs.push(inputs::entry("sightings", file)?);
-            inputs::sightings(file)?
+            let seen = inputs::sightings(file)?;
+            task.note(seen.notes);
+            seen.value
         }
         None => Vec::new(),
     };

@@ -16,17 +16,38 @@ use crate::text;
 /// Longest way back of a stamp that is taken for a slip, seconds; a longer one means that another log begins.
 const SLIP_S: f64 = 2.0;
 
+/// The poses of a log, stamps from the first one on.
 pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
+    let mut poses = on_own_clock(text, notes)?;
+    let start = first_stamp(&poses);
+    for pose in &mut poses {
+        pose.stamp = since(pose.stamp, start);
+    }
+    Ok(poses)
+}
+
+/// What the log's own clock shows when its poses begin: the zero of all stamps that are read from it.
+pub(super) fn start(text: &str) -> Result<Stamp, PosesError> {
+    on_own_clock(text, &mut Vec::new()).map(|poses| first_stamp(&poses))
+}
+
+/// A stamp of the log's clock as one from `start` on.
+pub(super) fn since(stamp: Stamp, start: Stamp) -> Stamp {
+    Stamp(stamp.0.saturating_sub(start.0))
+}
+
+fn first_stamp(poses: &[RawPose]) -> Stamp {
+    poses.first().map_or(Stamp(0), |pose| pose.stamp)
+}
+
+/// The poses with the log's own stamps, strictly increasing.
+fn on_own_clock(text: &str, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
     let wheels = lines(text, "ODOM", |cells| Some((cells.get(1..4)?.try_into().ok()?, *cells.get(7)?)))?;
     let in_order = check_slips(&wheels);
     let mut poses = if wheels.len() >= 2 && in_order.is_ok() {
         wheels
     } else {
-        let laser = lines(text, "FLASER", |cells| {
-            let beams: usize = cells.get(1)?.parse().ok()?;
-            let pose = beams.checked_add(5)?;
-            Some((cells.get(pose..pose.checked_add(3)?)?.try_into().ok()?, *cells.get(pose + 3)?))
-        })?;
+        let laser = lines(text, "FLASER", odometry_of_scan)?;
         if laser.len() < 2 {
             // What is wrong with the wheels' lines is the better message.
             in_order?;
@@ -36,7 +57,7 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Vec<RawPose>, 
         laser
     };
     let before = poses.len();
-    keep_increasing(&mut poses);
+    keep_increasing(&mut poses, |pose| pose.stamp);
     let dropped = before - poses.len();
     if 2 * dropped > before {
         return Err(PosesError::BadClock { dropped, total: before });
@@ -44,11 +65,14 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Vec<RawPose>, 
     if dropped > 0 {
         notes.push(format!("{dropped} of {before} lines are dropped: their stamps are repeated or go back"));
     }
-    let start = poses.first().map_or(Stamp(0), |pose| pose.stamp);
-    for pose in &mut poses {
-        pose.stamp = Stamp(pose.stamp.0.saturating_sub(start.0));
-    }
     Ok(poses)
+}
+
+/// x, y, theta of the odometry and the stamp among the cells of a `FLASER` line.
+fn odometry_of_scan<'a>(cells: &[&'a str]) -> Option<([&'a str; 3], &'a str)> {
+    let beams: usize = cells.get(1)?.parse().ok()?;
+    let pose = beams.checked_add(5)?;
+    Some((cells.get(pose..pose.checked_add(3)?)?.try_into().ok()?, *cells.get(pose + 3)?))
 }
 
 /// Poses of all lines that begin with `word`; `pick` finds x, y, theta and the stamp among the cells.
@@ -82,27 +106,27 @@ fn check_slips(poses: &[RawPose]) -> Result<(), PosesError> {
     Ok(())
 }
 
-/// Leaves out as few poses as possible so that stamps increase (longest increasing subsequence, by patience sorting).
-/// Of poses with one stamp the first stays.
-fn keep_increasing(poses: &mut Vec<RawPose>) {
-    // piles[k]: the pose with the earliest stamp that can end a sequence of k + 1 poses.
+/// Leaves out as few items as possible so that stamps increase (longest increasing subsequence, by patience sorting).
+/// Of items with one stamp the first stays.
+pub(super) fn keep_increasing<T>(items: &mut Vec<T>, stamp: impl Fn(&T) -> Stamp) {
+    // piles[k]: the item with the earliest stamp that can end a sequence of k + 1 items.
     let mut piles: Vec<usize> = Vec::new();
-    let mut before: Vec<Option<usize>> = Vec::with_capacity(poses.len());
-    for (i, pose) in poses.iter().enumerate() {
-        let pile = piles.partition_point(|&k| poses[k].stamp < pose.stamp);
+    let mut before: Vec<Option<usize>> = Vec::with_capacity(items.len());
+    for (i, item) in items.iter().enumerate() {
+        let pile = piles.partition_point(|&k| stamp(&items[k]) < stamp(item));
         before.push(pile.checked_sub(1).map(|below| piles[below]));
         match piles.get_mut(pile) {
             None => piles.push(i),
-            Some(top) if poses[*top].stamp > pose.stamp => *top = i,
+            Some(top) if stamp(&items[*top]) > stamp(item) => *top = i,
             Some(_) => {}
         }
     }
-    let mut keep = vec![false; poses.len()];
+    let mut keep = vec![false; items.len()];
     let mut at = piles.last().copied();
     while let Some(i) = at {
         keep[i] = true;
         at = before[i];
     }
     let mut keep = keep.into_iter();
-    poses.retain(|_| keep.next().unwrap_or(false));
+    items.retain(|_| keep.next().unwrap_or(false));
 }

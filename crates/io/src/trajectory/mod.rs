@@ -18,6 +18,7 @@ mod detect;
 mod folder;
 mod frames;
 mod rows;
+pub(crate) mod scan;
 mod table;
 
 use std::io::{BufWriter, Write};
@@ -25,6 +26,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 pub use rows::times_beside;
+pub use scan::stamps_by_scan;
 
 use planwalk_types::{Body, Odom, Rigid3, Stamp, Trajectory, TrajectoryError};
 
@@ -214,6 +216,17 @@ pub enum PosesError {
         /// Lines that would have to be dropped.
         dropped: usize,
         /// All lines.
+        total: usize,
+    },
+    /// A corrected log of another drive.
+    #[error(
+        "{found} of {total} corrected scans are in the raw log in this order, at least half are needed to take its stamps: \
+         are the two logs of the same drive?"
+    )]
+    OtherScans {
+        /// Corrected scans that the raw log has.
+        found: usize,
+        /// All corrected scans.
         total: usize,
     },
     /// Read, but no trajectory.

@@ -1,10 +1,11 @@
 //! One story a claim.
 
 mod plan;
+mod sightings;
 mod trajectory;
 mod video;
 
-use planwalk_io::{camera, sightings};
+use planwalk_io::camera;
 
 use crate::support::data;
 
@@ -24,6 +25,6 @@ fn real_camera_files_of_both_layouts_are_read() {
 #[test]
 fn real_sightings_are_read() {
     let Some(path) = data("simulated_hilti/floor_1_2025-05-05_run_1_seed1.csv") else { return };
-    let seen = sightings::read(&path).unwrap();
+    let seen = planwalk_io::sightings::read(&path).unwrap();
     assert!(seen.len() > 1000 && seen.iter().all(|s| s.bearing_rad.abs() < 0.7 && s.range < 20.0));
 }

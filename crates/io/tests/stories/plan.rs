@@ -147,3 +147,48 @@ fn real_plans_are_read() {
         assert!(walls > 0.005 && walls < 0.3, "{name}: {:.1} % wall", 100.0 * walls);
     }
 }
+
+#[test]
+fn a_real_vector_plan_has_its_walk_on_floor_and_doors() {
+    let (Some(path), Some(truth)) = (data("ipin21_hcu_hamburg/MapMaterial/Plan4OG.geojson"), data("ipin21_hcu_hamburg/eight_truth.tum"))
+    else {
+        return;
+    };
+    let plan = read_plan(&path, None).unwrap().plan;
+    let truth = planwalk_io::trajectory::read(&truth, &planwalk_io::trajectory::PosesOptions::default()).unwrap().trajectory;
+    let cells: Vec<Cell> =
+        truth.poses().iter().map(|(_, pose)| plan.at(Pt2::new(pose.iso.translation.x, pose.iso.translation.y))).collect();
+    let on_floor = cells.iter().filter(|cell| cell.is_floor()).count() as f64 / cells.len() as f64;
+    assert!(on_floor >= 0.98, "{:.1} % of {} moments", 100.0 * on_floor, cells.len());
+}
+
+#[test]
+fn every_storey_of_a_real_vector_plan_has_walls_doors_and_rooms() {
+    for (name, floor_m2) in [("PlanEG", 4500.0), ("Plan1OG", 5000.0), ("Plan4OG", 4600.0)] {
+        let Some(path) = data(&format!("ipin21_hcu_hamburg/MapMaterial/{name}.geojson")) else { return };
+        let file = read_plan(&path, None).unwrap();
+        let area = |kind: Cell| file.plan.cells().iter().filter(|c| **c == kind).count() as f64 * 0.05 * 0.05;
+        assert_eq!(file.plan.cell_m(), 0.05);
+        // Polygons overlap, walls stand on floors: areas by the file's own polygons, within a tenth.
+        assert!((area(Cell::Free) / floor_m2 - 1.0).abs() < 0.1, "{name}: {:.0} m² of floor", area(Cell::Free));
+        assert!((300.0..900.0).contains(&area(Cell::Wall)), "{name}: {:.0} m² of wall", area(Cell::Wall));
+        assert!((30.0..80.0).contains(&area(Cell::Door)), "{name}: {:.0} m² of doors", area(Cell::Door));
+        assert!(file.notes.iter().any(|n| n.contains("no geometry")) && file.notes.iter().any(|n| n.contains("EPSG::32632")), "{name}");
+    }
+}
+
+#[test]
+fn vector_plans_are_told_by_their_content_and_need_no_scale() {
+    let dir = folder();
+    let path = dir.path().join("plan");
+    std::fs::write(&path, "\u{feff}x0,y0,x1,y1,kind\n0,0,4,0,wall\n1,0,2,0,door\n").unwrap();
+    assert_eq!(read_plan(&path, None).unwrap().plan.at(Pt2::new(1.5, 0.01)), Cell::Door);
+    assert!(matches!(read_plan(&path, Some(0.1)), Err(PlanFileError::ScaleNotNeeded)));
+    let geojson = "{\"type\":\"Feature\",\"properties\":null,\"geometry\":{\"type\":\"LineString\",\"coordinates\":[[0,0],[4,0]]}}";
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, geojson.as_bytes()).unwrap();
+    std::fs::write(&path, packed.finish().unwrap()).unwrap();
+    assert_eq!(read_plan(&path, None).unwrap().plan.at(Pt2::new(1.5, 0.01)), Cell::Wall);
+    std::fs::write(&path, "{\"no\": \"plan\"}").unwrap();
+    assert!(matches!(read_plan(&path, None), Err(PlanFileError::GeoJson { .. })));
+}

@@ -1,0 +1,442 @@
+//! How do drawn shapes become the plan's cells? Floors first, then walls and windows, then doors, which win.
+//!
+//! shapes in metres ─▶ grid of 5 cm, or coarser for large sites ─▶ cells ─▶ [`FloorPlan`]
+//!
+//! Everything takes every cell that it touches, so that no thin wall gets holes and no seam between two floors is a gap. Areas are filled by the even-odd rule: holes stay holes, whichever way rings run.
+//! The plan's origin keeps the metres of the file, which may be millions (a projected map's easting and northing).
+
+use planwalk_types::{Cell, FloorPlan, Plan, PlanError, Pt2};
+
+use super::kind::Kind;
+use super::{PlanFile, PlanFileError};
+
+/// Smallest side of a cell, as in [`super::cells`].
+const FINEST_M: f64 = 0.05;
+/// Cells are doubled in size until there are no more than this: a floor of 50,000 m² keeps 5 cm.
+const CELLS_WANTED: f64 = 2e7;
+/// Coarsest cell, metres: half a door.
+const COARSEST_M: f64 = 0.4;
+/// Nothing is drawn here, metres around the shapes: a wall at the rim has two sides.
+const MARGIN_M: f64 = 1.0;
+/// Most crossings of edges with rows of cells, and points on outlines, together: some seconds. A million vertices of a real plan
+/// need a tenth of it.
+const WORK_LIMIT: f64 = 1e8;
+/// A door or window drawn as a line goes through the wall that it stands on, up to this far to either side, metres.
+const THICKEST_WALL_M: f64 = 0.6;
+/// Points, half a cell apart, at either end of such a line that leave the wall beside them alone.
+const JAMB_POINTS: usize = 2;
+/// A door given as a point is this wide in all, metres.
+const POINT_DOOR_M: f64 = 0.9;
+/// Share of the enclosed ground that floors must cover for the rest to count as not drawn.
+const FLOORS_ARE_ALL: f64 = 0.6;
+
+/// A point in metres.
+pub(super) type Point = [f64; 2];
+
+/// Where a shape is.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Form {
+    /// Rings, the first the outline, the others holes; closed or not.
+    Area(Vec<Vec<Point>>),
+    /// A chain of straight pieces.
+    Line(Vec<Point>),
+    /// A place.
+    Spot(Point),
+}
+
+/// Something drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shape {
+    pub kind: Kind,
+    pub form: Form,
+}
+
+impl Form {
+    pub(super) fn chains(&self) -> impl Iterator<Item = &[Point]> {
+        let (rings, line, spot): (&[Vec<Point>], &[Point], &[Point]) = match self {
+            Self::Area(rings) => (rings, &[], &[]),
+            Self::Line(line) => (&[], line, &[]),
+            Self::Spot(spot) => (&[], &[], std::slice::from_ref(spot)),
+        };
+        rings.iter().map(Vec::as_slice).chain([line, spot])
+    }
+
+    pub(super) fn points_mut(&mut self) -> impl Iterator<Item = &mut Point> {
+        let (rings, line, spot): (&mut [Vec<Point>], &mut [Point], &mut [Point]) = match self {
+            Self::Area(rings) => (rings, &mut [], &mut []),
+            Self::Line(line) => (&mut [], line, &mut []),
+            Self::Spot(spot) => (&mut [], &mut [], std::slice::from_mut(spot)),
+        };
+        rings.iter_mut().flatten().chain(line).chain(spot)
+    }
+}
+
+/// Draws shapes of kinds that count.
+pub(super) fn draw(shapes: &[Shape], mut notes: Vec<String>) -> Result<PlanFile, PlanFileError> {
+    let mut shapes: Vec<&Shape> = shapes.iter().filter(|s| s.kind != Kind::Passed).collect();
+    let count = |kind: Kind| shapes.iter().filter(|s| s.kind == kind).count();
+    let [walls, windows, doors, floors] = [Kind::Wall, Kind::Window, Kind::Door, Kind::Floor].map(count);
+    notes.push(format!("drawn from {walls} walls, {windows} windows, {doors} doors and {floors} floor areas"));
+    let mut canvas = Canvas::around(&shapes, &mut notes)?;
+    let outlined = walls + windows == 0 && floors > 0;
+    if outlined {
+        notes.push("no walls are drawn: the outlines of rooms are taken as walls, except where a door crosses them".to_owned());
+    }
+    // Stable: shapes of one kind stay in the file's order.
+    shapes.sort_by_key(|shape| match shape.kind {
+        Kind::Floor | Kind::Passed => 0,
+        Kind::Wall => 1,
+        Kind::Window => 2,
+        Kind::Door => 3,
+    });
+    for shape in &shapes {
+        match (shape.kind, &shape.form) {
+            (Kind::Floor, form @ Form::Area(_)) => canvas.solid(form, Cell::Free)?,
+            (Kind::Floor | Kind::Passed, _) => {}
+            (Kind::Wall, form) => canvas.solid(form, Cell::Wall)?,
+            (Kind::Window, form) => canvas.solid(form, Cell::Window)?,
+            // After the outlines of rooms.
+            (Kind::Door, _) => {}
+        }
+    }
+    if outlined {
+        for shape in shapes.iter().filter(|s| s.kind == Kind::Floor) {
+            canvas.outline(&shape.form, Cell::Wall)?;
+        }
+    }
+    for shape in shapes.iter().filter(|s| s.kind == Kind::Door) {
+        canvas.solid(&shape.form, Cell::Door)?;
+    }
+    canvas.plan(floors > 0, notes)
+}
+
+/// A grid that is being drawn on, row 0 at the bottom.
+struct Canvas {
+    origin: Point,
+    cell_m: f64,
+    width: usize,
+    height: usize,
+    cells: Vec<Cell>,
+    work_left: f64,
+}
+
+impl Canvas {
+    /// A grid that holds the shapes, its corner at a whole number of cells of the file's own metres.
+    fn around(shapes: &[&Shape], notes: &mut Vec<String>) -> Result<Self, PlanFileError> {
+        let points = || shapes.iter().flat_map(|s| s.form.chains()).flatten();
+        let low = points().fold([f64::INFINITY; 2], |l, p| [l[0].min(p[0]), l[1].min(p[1])]);
+        let high = points().fold([f64::NEG_INFINITY; 2], |h, p| [h[0].max(p[0]), h[1].max(p[1])]);
+        let size_m = [0, 1].map(|k| high[k] - low[k] + 2.0 * MARGIN_M);
+        if low[0] > high[0] {
+            return Err(PlanError::NoWalls.into());
+        }
+        let mut cell_m = FINEST_M;
+        while size_m[0] * size_m[1] > CELLS_WANTED * cell_m * cell_m && cell_m < COARSEST_M {
+            cell_m *= 2.0;
+        }
+        // Written so that what is not finite is refused too.
+        let fits = size_m[0] * size_m[1] <= CELLS_WANTED * cell_m * cell_m && low.iter().chain(&high).all(|v| v.abs() < 1e9);
+        if !fits {
+            let far = points().max_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]))).copied().unwrap_or_default();
+            return Err(PlanFileError::TooWide { width_m: size_m[0], height_m: size_m[1], x: far[0], y: far[1] });
+        }
+        if cell_m > FINEST_M {
+            notes.push(format!("the site is large: cells are {cell_m} m wide instead of {FINEST_M} m"));
+        }
+        let origin = low.map(|v| ((v - MARGIN_M) / cell_m).floor() * cell_m);
+        let [width, height] = [0, 1].map(|k| ((high[k] + MARGIN_M - origin[k]) / cell_m).ceil().max(1.0) as usize);
+        Ok(Self { origin, cell_m, width, height, cells: vec![Cell::Unknown; width * height], work_left: WORK_LIMIT })
+    }
+
+    /// In cells from the corner.
+    fn to_grid(&self, point: Point) -> Point {
+        [(point[0] - self.origin[0]) / self.cell_m, (point[1] - self.origin[1]) / self.cell_m]
+    }
+
+    fn index(&self, at: Point) -> Option<usize> {
+        let held = at[0] >= 0.0 && at[1] >= 0.0 && at[0] < self.width as f64 && at[1] < self.height as f64;
+        held.then(|| at[1] as usize * self.width + at[0] as usize)
+    }
+
+    fn spend(&mut self, work: f64) -> Result<(), PlanFileError> {
+        self.work_left -= work;
+        if self.work_left < 0.0 { Err(PlanFileError::TooIntricate { limit: WORK_LIMIT as u64 }) } else { Ok(()) }
+    }
+
+    /// All cells that the form touches; what is drawn as a line goes through the wall that it stands on.
+    fn solid(&mut self, form: &Form, cell: Cell) -> Result<(), PlanFileError> {
+        match form {
+            Form::Area(rings) => {
+                self.fill(rings, cell)?;
+                self.outline(form, cell)
+            }
+            Form::Line(line) if cell == Cell::Wall => self.chain(line, cell),
+            Form::Line(line) => line.windows(2).try_for_each(|ends| self.through(ends[0], ends[1], cell)),
+            Form::Spot(at) if cell == Cell::Door => self.spot(*at),
+            Form::Spot(_) => Ok(()),
+        }
+    }
+
+    fn outline(&mut self, form: &Form, cell: Cell) -> Result<(), PlanFileError> {
+        let Form::Area(rings) = form else { return Ok(()) };
+        for ring in rings {
+            self.chain(ring, cell)?;
+            if let (Some(first), Some(last)) = (ring.first(), ring.last()) {
+                self.chain(&[*last, *first], cell)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn chain(&mut self, line: &[Point], cell: Cell) -> Result<(), PlanFileError> {
+        for ends in line.windows(2) {
+            for at in self.points(ends[0], ends[1])? {
+                if let Some(i) = self.index(at) {
+                    self.cells[i] = cell;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Points of a straight piece, in cells. Half-cell steps leave no gap, not even diagonally.
+    fn points(&mut self, from: Point, to: Point) -> Result<impl Iterator<Item = Point> + use<>, PlanFileError> {
+        let (from, to) = (self.to_grid(from), self.to_grid(to));
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let count = (2.0 * way[0].hypot(way[1])).ceil().max(1.0);
+        self.spend(count)?;
+        Ok((0..=count as usize).map(move |i| [from[0] + i as f64 / count * way[0], from[1] + i as f64 / count * way[1]]))
+    }
+
+    /// A door or window drawn as a line: its own cells, and the wall to either side of it.
+    fn through(&mut self, from: Point, to: Point, cell: Cell) -> Result<(), PlanFileError> {
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let length = way[0].hypot(way[1]);
+        let normal = if length > 0.0 { [-way[1] / length, way[0] / length] } else { [0.0, 0.0] };
+        let reach = (2.0 * THICKEST_WALL_M / self.cell_m).ceil() as usize;
+        let points: Vec<Point> = self.points(from, to)?.collect();
+        self.spend(points.len() as f64 * 2.0 * reach as f64)?;
+        // At its ends, other walls meet the one that it stands on; those stay.
+        let jamb = if points.len() > 8 * JAMB_POINTS { JAMB_POINTS } else { 0 };
+        let middle = jamb..points.len() - jamb;
+        for (k, at) in points.into_iter().enumerate() {
+            let reach = if middle.contains(&k) { reach } else { 0 };
+            for side in [0.5, -0.5] {
+                for step in 0..=reach {
+                    let k = side * step as f64;
+                    let Some(i) = self.index([at[0] + k * normal[0], at[1] + k * normal[1]]) else { break };
+                    // The first two steps may lie beside a wall that is drawn along its other face.
+                    if step > 2 && !self.cells[i].blocks() && self.cells[i] != cell {
+                        break;
+                    }
+                    if step == 0 || self.cells[i].blocks() {
+                        self.cells[i] = cell;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A door given as a point: the walls around it.
+    fn spot(&mut self, at: Point) -> Result<(), PlanFileError> {
+        let centre = self.to_grid(at);
+        let radius = 0.5 * POINT_DOOR_M / self.cell_m;
+        let reach = radius.ceil() as isize;
+        self.spend((2 * reach + 1).pow(2) as f64)?;
+        for dy in -reach..=reach {
+            for dx in -reach..=reach {
+                let (dx, dy) = (dx as f64, dy as f64);
+                let near = self.index([centre[0] + dx, centre[1] + dy]).filter(|_| dx.hypot(dy) <= radius);
+                if let Some(i) = near.filter(|i| self.cells[*i].blocks()) {
+                    self.cells[i] = Cell::Door;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Cells whose centres lie inside, by the even-odd rule, row by row.
+    fn fill(&mut self, rings: &[Vec<Point>], cell: Cell) -> Result<(), PlanFileError> {
+        let mut edges = self.edges(rings)?;
+        edges.sort_by_key(|edge| edge.rows.start);
+        let mut coming = edges.into_iter().peekable();
+        let mut active: Vec<Edge> = Vec::new();
+        let mut crossings: Vec<f64> = Vec::new();
+        let mut row = coming.peek().map_or(0, |edge| edge.rows.start);
+        while coming.peek().is_some() || !active.is_empty() {
+            while let Some(edge) = coming.next_if(|edge| edge.rows.start <= row) {
+                active.push(edge);
+            }
+            active.retain(|edge| edge.rows.end > row);
+            crossings.clear();
+            crossings.extend(active.iter().map(|edge| edge.at_zero + edge.slope * (row as f64 + 0.5)));
+            crossings.sort_by(f64::total_cmp);
+            for pair in crossings.chunks_exact(2) {
+                // Columns whose centres lie between; casts saturate.
+                let (first, end) = ((pair[0] - 0.5).ceil().max(0.0) as usize, (pair[1] - 0.5).ceil().max(0.0) as usize);
+                let (first, end) = (first.min(self.width), end.min(self.width));
+                if first < end {
+                    self.cells[row * self.width + first..row * self.width + end].fill(cell);
+                }
+            }
+            row += 1;
+            if active.is_empty() {
+                row = coming.peek().map_or(row, |edge| edge.rows.start.max(row));
+            }
+        }
+        Ok(())
+    }
+
+    fn edges(&mut self, rings: &[Vec<Point>]) -> Result<Vec<Edge>, PlanFileError> {
+        let mut edges = Vec::new();
+        for ring in rings {
+            for (k, from) in ring.iter().enumerate() {
+                let (a, b) = (self.to_grid(*from), self.to_grid(ring[(k + 1) % ring.len()]));
+                let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+                let row = |y: f64| ((y - 0.5).ceil().max(0.0) as usize).min(self.height);
+                let rows = row(low[1])..row(high[1]);
+                if rows.is_empty() {
+                    continue;
+                }
+                let slope = (high[0] - low[0]) / (high[1] - low[1]);
+                self.spend(rows.len() as f64)?;
+                edges.push(Edge { rows, at_zero: low[0] - slope * low[1], slope });
+            }
+        }
+        Ok(edges)
+    }
+
+    /// The plan: ground under no floor is free where floors are few, else not known.
+    fn plan(mut self, has_floors: bool, mut notes: Vec<String>) -> Result<PlanFile, PlanFileError> {
+        let origin: Pt2<Plan> = Pt2::new(self.origin[0], self.origin[1]);
+        let bare: Vec<Cell> = self.cells.iter().map(|c| if *c == Cell::Unknown { Cell::Free } else { *c }).collect();
+        let plan = FloorPlan::new(origin, self.cell_m, self.width, self.height, bare)?;
+        if !has_floors {
+            return Ok(PlanFile { plan, notes });
+        }
+        let enclosed = |i: &usize| plan.inside()[*i] > 0.5;
+        let (floor, ground): (Vec<usize>, Vec<usize>) =
+            (0..self.cells.len()).filter(enclosed).partition(|i| self.cells[*i] != Cell::Unknown);
+        let share = floor.len() as f64 / (floor.len() + ground.len()).max(1) as f64;
+        if share < FLOORS_ARE_ALL {
+            let percent = 100.0 * share;
+            notes.push(format!("the floor areas cover only {percent:.0} % of what walls enclose: what lies between counts as floor too"));
+            return Ok(PlanFile { plan, notes });
+        }
+        notes.push("what lies under no floor area counts as not known: one may walk there, but it is unlikely".to_owned());
+        let cells = std::mem::take(&mut self.cells);
+        Ok(PlanFile { plan: FloorPlan::new(origin, self.cell_m, self.width, self.height, cells)?, notes })
+    }
+}
+
+/// A piece of a ring: the rows whose centres it crosses, and where, in columns: `at_zero + slope · y`.
+struct Edge {
+    rows: std::ops::Range<usize>,
+    at_zero: f64,
+    slope: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<Point> {
+        vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+    }
+
+    fn shape(kind: Kind, form: Form) -> Shape {
+        Shape { kind, form }
+    }
+
+    /// A room of 4 m × 3 m inside walls 0.2 m thick, as one area with a hole, far from the origin.
+    fn walls() -> Shape {
+        let at = |x0: f64, y0: f64, x1: f64, y1: f64| ring(566_600.0 + x0, 5_932_800.0 + y0, 566_600.0 + x1, 5_932_800.0 + y1);
+        shape(Kind::Wall, Form::Area(vec![at(-0.2, -0.2, 4.2, 3.2), at(0.0, 0.0, 4.0, 3.0)]))
+    }
+
+    fn here(x: f64, y: f64) -> Pt2<Plan> {
+        Pt2::new(566_600.0 + x, 5_932_800.0 + y)
+    }
+
+    #[test]
+    fn walls_are_filled_and_their_holes_are_rooms() {
+        let plan = draw(&[walls()], Vec::new()).unwrap().plan;
+        assert_eq!(plan.at(here(2.0, 1.5)), Cell::Free);
+        assert_eq!(plan.at(here(-0.1, 1.5)), Cell::Wall);
+        assert_eq!(plan.at(here(4.1, 3.1)), Cell::Wall);
+        // Walls grow by less than a cell.
+        assert_eq!(plan.at(here(0.06, 1.5)), Cell::Free);
+        assert_eq!(plan.at(here(-0.26, 1.5)), Cell::Free);
+    }
+
+    #[test]
+    fn a_door_wins_over_its_wall_whichever_way_it_is_drawn() {
+        let [x, y] = [566_600.0, 5_932_800.0];
+        for form in [
+            Form::Area(vec![ring(x + 1.0, y - 0.2, x + 1.9, y)]),
+            Form::Line(vec![[x + 1.0, y - 0.1], [x + 1.9, y - 0.1]]),
+            // Along the inner face, and along the outer.
+            Form::Line(vec![[x + 1.0, y], [x + 1.9, y]]),
+            Form::Line(vec![[x + 1.0, y - 0.2], [x + 1.9, y - 0.2]]),
+            Form::Spot([x + 1.45, y - 0.1]),
+        ] {
+            let plan = draw(&[shape(Kind::Door, form.clone()), walls()], Vec::new()).unwrap().plan;
+            for depth in [-0.19, -0.1, -0.01] {
+                assert_eq!(plan.at(here(1.45, depth)), Cell::Door, "{form:?} at {depth}");
+            }
+            assert_eq!(plan.at(here(0.8, -0.1)), Cell::Wall, "{form:?} beside");
+            assert_eq!(plan.at(here(1.45, 3.1)), Cell::Wall, "{form:?} opposite");
+        }
+    }
+
+    #[test]
+    fn thin_slanted_walls_have_no_holes() {
+        // 1 cm thick: few of its cells have their centre in it.
+        let thin = shape(Kind::Wall, Form::Area(vec![vec![[0.0, 0.0], [10.0, 3.0], [10.0, 3.01], [0.0, 0.01]]]));
+        let plan = draw(&[thin], Vec::new()).unwrap().plan;
+        for i in 0..1000 {
+            let t = f64::from(i) / 1000.0;
+            let (x, y) = (10.0 * t, 3.0 * t + 0.005);
+            let near = [-0.025, 0.0, 0.025].iter().any(|d| plan.at(Pt2::new(x, y + d)) == Cell::Wall);
+            assert!(near, "at {x}, {y}");
+        }
+    }
+
+    #[test]
+    fn rooms_without_walls_are_walled_and_what_is_around_is_not_known() {
+        let rooms = [
+            shape(Kind::Floor, Form::Area(vec![ring(0.0, 0.0, 4.0, 3.0)])),
+            shape(Kind::Floor, Form::Area(vec![ring(4.0, 0.0, 8.0, 3.0)])),
+            shape(Kind::Door, Form::Line(vec![[4.0, 1.0], [4.0, 2.0]])),
+        ];
+        let file = draw(&rooms, Vec::new()).unwrap();
+        assert!(file.notes.iter().any(|n| n.contains("outlines of rooms")), "{:?}", file.notes);
+        let at = |x, y| file.plan.at(Pt2::new(x, y));
+        assert_eq!([at(2.0, 1.5), at(4.01, 0.5), at(4.01, 1.5), at(-0.5, 1.5)], [Cell::Free, Cell::Wall, Cell::Door, Cell::Unknown]);
+    }
+
+    #[test]
+    fn few_floor_areas_say_nothing_of_the_rest() {
+        let stairs = shape(Kind::Floor, Form::Area(vec![ring(566_600.5, 5_932_800.5, 566_601.0, 5_932_801.0)]));
+        let file = draw(&[walls(), stairs], Vec::new()).unwrap();
+        assert_eq!(file.plan.at(here(3.0, 2.0)), Cell::Free);
+        assert!(file.notes.iter().any(|n| n.contains("cover only")), "{:?}", file.notes);
+    }
+
+    #[test]
+    fn hostile_shapes_are_refused_in_bounded_time() {
+        let refused = |form: Form| draw(&[shape(Kind::Wall, form)], Vec::new()).err().unwrap();
+        for far in [1e7, 1e300, f64::INFINITY, f64::NAN] {
+            let error = refused(Form::Line(vec![[0.0, 0.0], [far, far], [5.0, 5.0]]));
+            assert!(matches!(error, PlanFileError::TooWide { .. } | PlanFileError::Plan(_)), "{far}: {error}");
+        }
+        // Up and down a million times over 200 m.
+        let zigzag = (0..1_000_000).map(|i| [f64::from(i) * 1e-4, if i % 2 == 0 { 0.0 } else { 200.0 }]).collect();
+        assert!(matches!(refused(Form::Area(vec![zigzag])), PlanFileError::TooIntricate { .. }));
+        assert!(matches!(refused(Form::Area(vec![vec![], vec![]])), PlanFileError::Plan(PlanError::NoWalls)));
+        // One point is a wall of one cell.
+        assert!(draw(&[shape(Kind::Wall, Form::Area(vec![vec![[1.0, 1.0]]]))], Vec::new()).is_ok());
+        assert!(draw(&[], Vec::new()).is_err());
+    }
+}
