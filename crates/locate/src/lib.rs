@@ -8,6 +8,11 @@
 //! bytes on any number of threads.
 
 mod attempts;
+mod banded;
+mod calibrate;
+mod contradicted;
+mod discriminate;
+mod field;
 mod filter;
 mod history;
 mod likelihood;
@@ -15,6 +20,7 @@ mod modes;
 mod motion;
 mod particles;
 mod placement;
+mod polish;
 mod predict;
 mod prior;
 mod report;
@@ -24,6 +30,8 @@ mod survival;
 mod verdict;
 mod walls;
 
+pub use contradicted::{ContradictedKind, ContradictedWall};
+pub use discriminate::{Apart, Going, View as ApartView};
 pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
 pub use motion::NoiseFloor;
