@@ -125,7 +125,7 @@ fn words(svg: &str) -> Vec<&str> {
 
 fn picture<'a>(plan: &'a FloorPlan, track: &'a [Estimate], hypotheses: &'a [Hypothesis]) -> TrackPicture<'a> {
     let scale = ScaleEstimate { metres_per_unit: 1.0, relative_sigma: 0.03 };
-    TrackPicture { title: "a <walk> & a plan", plan, track, hypotheses, status: Status::Ambiguous, scale, truth: &[] }
+    TrackPicture { title: "a <walk> & a plan", plan, track, hypotheses, status: Status::Ambiguous, scale, truth: &[], contradicted: &[] }
 }
 
 #[test]
@@ -199,9 +199,18 @@ fn placements_and_particles_are_drawn() {
     assert!(words(&svg).contains(&"The path can start anywhere in the red region: 1.5 m² (all headings)."), "{:?}", words(&svg));
     let nowhere = PlacementPicture { start_region: &[], best: &[], ..picture }.svg();
     assert!(words(&nowhere).iter().any(|w| w.contains("fits nowhere")));
-    let cloud = |i: i64| ParticleCloud { stamp: Stamp(i * 1_000_000_000), count: 5000, places: vec![Pt2::new(1.0, 1.0); 10] };
+    let cloud = |i: i64| ParticleCloud {
+        stamp: Stamp(i * 1_000_000_000),
+        count: 5000,
+        places: vec![Pt2::new(1.0, 1.0); 10],
+        area_m2: 0.25,
+        modes: 1,
+        status: Status::Ambiguous,
+        metres_per_unit: 0.84,
+        relative_sigma: 0.05,
+    };
     let svg = ParticlePicture { title: "p", plan: &plan, track: &truth(), moments: &[cloud(1), cloud(4), cloud(9)] }.svg();
-    assert!(words(&svg).contains(&"after 4.0 s: 5,000 particles"));
+    assert!(words(&svg).contains(&"1 place, 5,000 particles, scale 0.840 ± 5 %"));
     assert_eq!(svg.matches("<circle").count(), 3, "a ring around each cloud that is too small to be seen");
     assert!(png_of(&svg).is_ok() && png_of(&nowhere).is_ok());
     assert!(png_of(&ParticlePicture { title: "p", plan: &plan, track: &[], moments: &[] }.svg()).is_ok());
