@@ -54,16 +54,27 @@ impl Chain {
         x.iter().all(|v| v.iter().all(|c| c.is_finite())).then_some(x)
     }
 
-    /// The diagonal blocks of the inverse: the covariance of each link, all others taken into account.
-    pub(crate) fn covariances(&self) -> Option<Vec<Matrix4<f64>>> {
-        let mut inverses = self.eliminated(0.0)?;
-        for i in (0..inverses.len().saturating_sub(1)).rev() {
-            let gain = inverses[i] * self.beside[i];
-            let later = inverses[i + 1];
-            inverses[i] += gain * later * gain.transpose();
+    /// Blocks of the inverse: the covariance of each link, all others taken into account, and that with the next one.
+    pub(crate) fn covariances(&self) -> Option<Covariances> {
+        let mut diagonal = self.eliminated(0.0)?;
+        let mut beside = vec![Matrix4::zeros(); self.beside.len()];
+        for i in (0..diagonal.len().saturating_sub(1)).rev() {
+            let gain = diagonal[i] * self.beside[i];
+            beside[i] = -gain * diagonal[i + 1];
+            let grown = diagonal[i] - beside[i] * gain.transpose();
+            diagonal[i] = grown;
         }
-        Some(inverses)
+        Some(Covariances { diagonal, beside })
     }
+}
+
+/// What is left unknown of a chain's links.
+#[derive(Debug, Clone)]
+pub(crate) struct Covariances {
+    /// Of each link.
+    pub diagonal: Vec<Matrix4<f64>>,
+    /// Of link i with link i + 1.
+    pub beside: Vec<Matrix4<f64>>,
 }
 
 #[cfg(test)]
@@ -110,7 +121,10 @@ mod tests {
                 // Round-off of a well-conditioned system of 20.
                 assert!((solved[i][j] - expected[4 * i + j]).abs() < 1e-12);
                 for k in 0..4 {
-                    assert!((covariances[i][(j, k)] - inverse[(4 * i + j, 4 * i + k)]).abs() < 1e-12);
+                    assert!((covariances.diagonal[i][(j, k)] - inverse[(4 * i + j, 4 * i + k)]).abs() < 1e-12);
+                    if i < 4 {
+                        assert!((covariances.beside[i][(j, k)] - inverse[(4 * i + j, 4 * i + 4 + k)]).abs() < 1e-12);
+                    }
                 }
             }
         }

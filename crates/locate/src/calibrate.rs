@@ -18,6 +18,8 @@ const SIDES: usize = 8;
 /// What plans are off by, before anything is measured, metres, and how many groups that knowledge is worth.
 const PRIOR_M: f64 = 0.05;
 const PRIOR_GROUPS: f64 = 8.0;
+/// Relative error that the ranges of one stretch share: points of a map are off together. It counts as an offset of the wall.
+const SHARED_RANGE: f64 = 0.02;
 /// Sightings that the stated noise is worth, before any is measured.
 const PRIOR_SIGHTINGS: f64 = 50.0;
 
@@ -91,8 +93,10 @@ impl<'a> Grouped<'a> {
 
     /// Share of a touch that its group does not know already: 1 for a lone one, little for one of many.
     pub(crate) fn independence(&self, touch: &Touch, calibration: &Calibration) -> f64 {
-        let precision = self.groups.get(self.index(touch)).map_or(0.0, |g| g.precision);
-        1.0 / (1.0 + calibration.plan_variance() * precision)
+        let Some(group) = self.groups.get(self.index(touch)).filter(|g| g.precision > 0.0) else { return 1.0 };
+        // How an offset of the walls goes with log scale: the distance of the wall.
+        let range = SHARED_RANGE * group.slope[3] / group.precision;
+        1.0 / (1.0 + (calibration.plan_variance() + range * range) * group.precision)
     }
 
     /// Measures anew; `covariances` are those of the fit that left these residuals.

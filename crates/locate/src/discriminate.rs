@@ -76,7 +76,15 @@ pub fn apart(plan: &FloorPlan, hypotheses: &[Hypothesis]) -> Vec<Apart> {
 fn between(plan: &FloorPlan, first: &PlanPose, other: &PlanPose, second: usize) -> Apart {
     let quarter = std::f64::consts::FRAC_PI_2;
     let ways = [(Going::Straight, 0.0), (Going::Left, quarter), (Going::Right, -quarter)];
-    let mut best = Apart { first: 0, second, going: None, after_m: FAR_M, look_rad: 0.0, at_first: View::Open(SIGHT_M), at_second: View::Open(SIGHT_M) };
+    let mut best = Apart {
+        first: 0,
+        second,
+        going: None,
+        after_m: FAR_M,
+        look_rad: 0.0,
+        at_first: View::Open(SIGHT_M),
+        at_second: View::Open(SIGHT_M),
+    };
     for (going, turn_rad) in ways {
         let ways_of = |pose: &PlanPose| NEIGHBOURS.map(|by| Way::new(plan, pose, turn_rad, by));
         let (a, b) = (ways_of(first), ways_of(other));
@@ -146,8 +154,9 @@ fn differ(a: &[Way], b: &[Way]) -> Option<(usize, usize)> {
     };
     // Ahead first: it needs no turn of the head.
     let order = [1, 2, 0];
-    (0..own_a.views.len().min(own_b.views.len()))
-        .find_map(|step| order.iter().find(|look| unlike(own_a, b, step, **look) || unlike(own_b, a, step, **look)).map(|look| (step, *look)))
+    (0..own_a.views.len().min(own_b.views.len())).find_map(|step| {
+        order.iter().find(|look| unlike(own_a, b, step, **look) || unlike(own_b, a, step, **look)).map(|look| (step, *look))
+    })
 }
 
 /// Metres to the first wall in a direction, at most `limit`; off the plan nothing stands.

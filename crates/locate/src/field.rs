@@ -38,8 +38,7 @@ impl Field {
         let first = |v: f64| ((v - REACH_M) / cell_m) as usize;
         let past = |v: f64, size: usize| ((((v + REACH_M) / cell_m) as usize).saturating_add(2)).min(size);
         let low = (first(low.0).min(plan.width()), first(low.1).min(plan.height()));
-        let (width, height) =
-            (past(high.0, plan.width()).saturating_sub(low.0), past(high.1, plan.height()).saturating_sub(low.1));
+        let (width, height) = (past(high.0, plan.width()).saturating_sub(low.0), past(high.1, plan.height()).saturating_sub(low.1));
         let wall: Vec<bool> = (0..height)
             .flat_map(|row| {
                 let start = (low.1 + row) * plan.width() + low.0;

@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use planwalk_types::{FloorPlan, wrap_angle};
 use rayon::prelude::*;
 
-use crate::banded::Chain;
+use crate::banded::{Chain, Covariances};
 use crate::calibrate::{Calibration, Grouped};
 use crate::field::Field;
 use crate::filter::LocateOptions;
@@ -23,11 +23,12 @@ use crate::smooth::{Smoothed, radius95};
 use crate::walls::Walls;
 
 /// Rounds of polishing and measuring; the measured spreads change by a few per cent after the third.
-const ROUNDS: usize = 4;
-/// Most damped steps a round.
-const STEPS: usize = 12;
+const ROUNDS: usize = 3;
+/// Most damped steps a round, and most dampings that a step tries.
+const STEPS: usize = 10;
+const TRIES: usize = 4;
 /// A round ends when a step gains less than this, nats: far below what tells two walks apart.
-const GAIN_NATS: f64 = 0.02;
+const GAIN_NATS: f64 = 0.05;
 /// Half the width of a body, metres, and how softly it keeps off walls.
 const BODY_M: f64 = 0.2;
 const BODY_SIGMA_M: f64 = 0.1;
@@ -35,6 +36,9 @@ const BODY_SIGMA_M: f64 = 0.1;
 const MOTION_M: f64 = 0.005;
 const MOTION_RAD: f64 = 0.002;
 const MOTION_LOG_SCALE: f64 = 1e-4;
+/// Residuals that the stated noise of the odometry is worth before any is measured, and how much worse it may be found to be.
+const SURPLUS_PRIOR: f64 = 20.0;
+const SURPLUS_MAX: f64 = 25.0;
 /// Fewest sightings on walls, for each metre of the walk and in all, below which there is nothing to polish against.
 const TOUCHES_PER_M: f64 = 0.5;
 const TOUCHES: f64 = 20.0;
@@ -59,6 +63,8 @@ pub(crate) struct Problem<'a> {
     ties: Vec<(Matrix3<f64>, f64)>,
     /// Metres walked up to each link.
     way_m: Vec<f64>,
+    /// Variance of the motions over the stated one, as measured; it is in the ties already.
+    surplus: f64,
 }
 
 /// A walk polished.
@@ -119,7 +125,7 @@ impl<'a> Problem<'a> {
             way_m.push(way);
             ties.push(tie(&link.motion, scale, options));
         }
-        Self { links, walls, field, options, start, ties, way_m }
+        Self { links, walls, field, options, start, ties, way_m, surplus: 1.0 }
     }
 
     /// What the walk costs in all, nats.
@@ -303,7 +309,7 @@ impl<'a> Problem<'a> {
         for _ in 0..steps {
             let chain = self.equations(walk, &seen, worth);
             let mut gained = 0.0;
-            for _ in 0..6 {
+            for _ in 0..TRIES {
                 let Some(step) = chain.solve(damping) else {
                     damping *= 10.0;
                     continue;
@@ -348,9 +354,28 @@ impl<'a> Problem<'a> {
         worth
     }
 
+    /// How much noisier the odometry was than it said: variance of the motions' residuals over what the fit leaves of the stated
+    /// one. Never less than stated: what drifts slowly leaves small residuals.
+    fn motion_surplus(&self, walk: &[Vector4<f64>], covariances: &Covariances) -> f64 {
+        let (mut sum, mut freedom) = (SURPLUS_PRIOR, SURPLUS_PRIOR);
+        for i in 1..walk.len() {
+            let (residual, _) = self.motion_residual(walk, i);
+            let (before, here) = self.motion_slopes(walk, i);
+            let both = before * covariances.beside[i - 1] * here.transpose();
+            let taken = before * covariances.diagonal[i - 1] * before.transpose()
+                + here * covariances.diagonal[i] * here.transpose()
+                + both
+                + both.transpose();
+            let precision = self.ties[i].0;
+            sum += residual.dot(&(precision * residual));
+            freedom += (3.0 - (precision * taken).trace()).max(0.0);
+        }
+        (self.surplus * sum / freedom).clamp(1.0, SURPLUS_MAX)
+    }
+
     /// Polishes `walk`; `draws` are other walks of the same posterior, from which it is tried again. `None` where hardly
     /// anything was seen on walls: then there is nothing to polish against.
-    pub(crate) fn polish(&self, walk: &[Vector4<f64>], draws: &[Vec<Vector4<f64>>]) -> Option<Polished> {
+    pub(crate) fn polish(&mut self, walk: &[Vector4<f64>], draws: &[Vec<Vector4<f64>>]) -> Option<Polished> {
         let mut calibration = Calibration::prior(f64::from(self.walls.cell_m()));
         let mut best = walk.to_vec();
         let mut worth = self.worth(&best, &calibration);
@@ -363,7 +388,10 @@ impl<'a> Problem<'a> {
             let (_, seen) = self.cost(&best, &worth);
             let covariances = self.equations(&best, &seen, &worth).covariances()?;
             let groups = Grouped::new(seen.touches.iter().map(|(_, touch)| touch), &self.way_m);
-            calibration = groups.measure(&covariances, &calibration, f64::from(self.walls.cell_m()));
+            calibration = groups.measure(&covariances.diagonal, &calibration, f64::from(self.walls.cell_m()));
+            let surplus = self.motion_surplus(&best, &covariances);
+            self.ties.iter_mut().for_each(|(precision, _)| *precision /= surplus / self.surplus);
+            self.surplus = surplus;
             worth = self.worth(&best, &calibration);
         }
         let mut nats = self.descend(&mut best, &worth, STEPS);
@@ -384,7 +412,7 @@ impl<'a> Problem<'a> {
         }
         let (_, seen) = self.cost(&best, &worth);
         let covariances = self.equations(&best, &seen, &worth).covariances()?;
-        let walk = (0..best.len()).map(|i| summarise(i, &best, &covariances[i], &optima)).collect();
+        let walk = (0..best.len()).map(|i| summarise(i, &best, &covariances.diagonal[i], &optima)).collect();
         Some(Polished { walk, calibration })
     }
 }

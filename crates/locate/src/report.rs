@@ -189,7 +189,16 @@ impl<'a> Recipe<'a> {
             ..Quality::default()
         };
         let hypotheses = hypotheses.collect();
-        Localization { filter: estimates.clone(), track: estimates, hypotheses, status: self.status(), scale, quality, contradicted: Vec::new(), apart: Vec::new() }
+        Localization {
+            filter: estimates.clone(),
+            track: estimates,
+            hypotheses,
+            status: self.status(),
+            scale,
+            quality,
+            contradicted: Vec::new(),
+            apart: Vec::new(),
+        }
     }
 }
 

@@ -52,14 +52,15 @@ pub(crate) struct SmoothedWalk {
 /// The walk that ends in mode `mode`, smoothed over the particles and polished against the plan.
 pub(crate) fn smooth(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> SmoothedWalk {
     let (walk, draws) = backward(localizer, mode, trajectories);
-    let mean: Vec<Vector4<f64>> =
-        walk.iter().map(|s| Vector4::new(s.mean.x, s.mean.y, s.mean.z, s.log_scale)).collect();
+    let mean: Vec<Vector4<f64>> = walk.iter().map(|s| Vector4::new(s.mean.x, s.mean.y, s.mean.z, s.log_scale)).collect();
     if mean.is_empty() {
         return SmoothedWalk::default();
     }
     let links = localizer.history.generations.iter().map(|g| Link { motion: g.motion, rays: &g.rays }).collect();
-    let problem = Problem::new(links, &mean, localizer.plan, &localizer.walls, &localizer.options);
-    match problem.polish(&mean, &draws) {
+    let mut problem = Problem::new(links, &mean, localizer.plan, &localizer.walls, &localizer.options);
+    // Other places are a second thought: their spread is that of one hill.
+    let draws = if mode == 0 { &draws[..] } else { &[] };
+    match problem.polish(&mean, draws) {
         Some(polished) => SmoothedWalk { walk: polished.walk, calibration: Some(polished.calibration) },
         None => SmoothedWalk { walk, calibration: None },
     }

@@ -118,7 +118,8 @@ fn quality(page: &mut String, result: &ResultFile) {
         q.particles_end
     );
     if let Some(sigma_m) = q.plan_sigma_m {
-        let _ = writeln!(page, "<p>Drawn walls stand off by {:.0} cm (one standard deviation, measured along the walk).</p>", 100.0 * sigma_m);
+        let _ =
+            writeln!(page, "<p>Drawn walls stand off by {:.0} cm (one standard deviation, measured along the walk).</p>", 100.0 * sigma_m);
     }
     if !result.gaps.is_empty() {
         page.push_str("<h2>Bad stretches of the video</h2>\n<table><tr><th>from / s</th><th>to / s</th><th>cause</th></tr>\n");

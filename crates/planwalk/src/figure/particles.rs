@@ -50,6 +50,8 @@ const GAP_PX: f64 = 26.0;
 const CAPTION_PX: f64 = 46.0;
 /// Radius of the ring around a cloud that is so small that it would be overlooked.
 const RING_PX: f64 = 17.0;
+/// A heap larger than a room is no place, m².
+const ROOM_M2: f64 = 30.0;
 /// Width of the room for all panels.
 const ROOM_PX: f64 = 1360.0;
 
@@ -112,7 +114,12 @@ impl ParticlePicture<'_> {
         let (seconds, walked_m) = (cloud.stamp.secs_since(begin), self.walked_m(cloud.stamp));
         let caption = format!("after {seconds:.1} s, {walked_m:.1} m: {}", cloud.status);
         svg.bold(&caption, (view.left_px, view.top_px - 26.0), 9.5, Anchor::Left, colour::of_status(cloud.status));
-        let places = if cloud.modes == 1 { "1 place".to_owned() } else { format!("{} places", cloud.modes) };
+        let places = match cloud.modes {
+            // One heap, but as large as a floor.
+            0 | 1 if cloud.area_m2 > ROOM_M2 => format!("spread over {:.0} m²", cloud.area_m2),
+            1 => "1 place".to_owned(),
+            count => format!("{count} places"),
+        };
         let (scale, sigma) = (words::significant(cloud.metres_per_unit), 100.0 * cloud.relative_sigma);
         let line = format!("{places}, {} particles, scale {scale} ± {sigma:.0} %", words::grouped(cloud.count));
         svg.text(&line, (view.left_px, view.top_px - 9.0), 8.5, Anchor::Left, colour::FAINT_INK);

@@ -150,7 +150,11 @@ impl TrackPicture<'_> {
     }
 
     fn legend_height(&self) -> f64 {
-        let rows = 6 + usize::from(!self.truth.is_empty()) + 2 * usize::from(!self.contradicted.is_empty()) + self.others().count() + usize::from(self.hypotheses.len() > 6);
+        let rows = 6
+            + usize::from(!self.truth.is_empty())
+            + 2 * usize::from(!self.contradicted.is_empty())
+            + self.others().count()
+            + usize::from(self.hypotheses.len() > 6);
         90.0 + 30.0 * rows as f64
     }
 
@@ -183,7 +187,9 @@ impl TrackPicture<'_> {
         if !self.truth.is_empty() {
             row(svg, "true walk", &|svg, x, y| svg.line((x - 14.0, y), (x + 14.0, y), Pen::new(colour::TRUTH, 1.8).dashed("1 5")));
         }
-        for (kind, text) in [(ContradictedKind::Crossed, "drawn wall, yet walked through"), (ContradictedKind::SeenThrough, "drawn wall, yet seen through")] {
+        for (kind, text) in
+            [(ContradictedKind::Crossed, "drawn wall, yet walked through"), (ContradictedKind::SeenThrough, "drawn wall, yet seen through")]
+        {
             if self.contradicted.iter().any(|w| w.kind == kind) {
                 row(svg, text, &|svg, x, y| marks::contradiction(svg, (x, y), kind, 0.0));
             }
