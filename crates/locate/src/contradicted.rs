@@ -255,7 +255,7 @@ impl Looks {
             });
         }
         // Most seen through first; among equals the order of the grid.
-        all.sort_by(|a, b| b.through.cmp(&a.through));
+        all.sort_by_key(|w| std::cmp::Reverse(w.through));
         all
     }
 }
