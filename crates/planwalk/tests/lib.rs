@@ -11,7 +11,7 @@ use planwalk::types::{
     CameraPose, Estimate, FloorPlan, Hypothesis, OdometryScale, Path, Plan, PlanPose, Pt2, Rigid3, ScaleEstimate, Seed, Sighting, Stamp,
     Status, TrackingState, Wall,
 };
-use planwalk::{LocalizeOptions, Method, Walk, check_start, localize};
+use planwalk::{LocalizeOptions, Method, Walk, check_start, filmstrip, localize};
 
 fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Wall {
     Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) }
@@ -91,7 +91,10 @@ fn a_walk_from_a_known_start_is_found_and_its_particles_are_kept() {
     let errors = place::score(&run.localization.track, &run.localization.filter, &truth(), &PlaceOptions::default()).unwrap().track;
     // Half a corridor's half width: the picture then shows the walk where it was.
     assert!(errors.median_m < 0.5 && errors.end_m < 0.5, "{errors:?}");
-    assert!((2..=4).contains(&run.clouds.len()), "{} moments for the picture", run.clouds.len());
+    assert!((2..=48).contains(&run.clouds.len()), "{} moments for the animation", run.clouds.len());
+    let strip = filmstrip(&run.clouds);
+    assert!((2..=8).contains(&strip.len()), "{} moments for the picture", strip.len());
+    assert_eq!(strip.last().map(|c| c.stamp), run.clouds.last().map(|c| c.stamp), "the last moment is shown");
     assert!(run.clouds.windows(2).all(|w| w[0].stamp < w[1].stamp) && run.clouds.iter().all(|c| !c.places.is_empty()));
 }
 
