@@ -123,7 +123,19 @@ mod tests {
         let hypothesis = Hypothesis { probability: 1.0, pose, covariance, radius95_m: 1.0, scale, track };
         let quality = Quality { score_nats, ..Quality::default() };
         let (filter, track) = (vec![estimate.clone()], vec![estimate]);
-        Attempt { index, found: Localization { filter, track, hypotheses: vec![hypothesis], status, scale, quality } }
+        Attempt {
+            index,
+            found: Localization {
+                filter,
+                track,
+                hypotheses: vec![hypothesis],
+                status,
+                scale,
+                quality,
+                contradicted: Vec::new(),
+                apart: Vec::new(),
+            },
+        }
     }
 
     #[test]

@@ -151,6 +151,8 @@ pub struct FilterView<'a> {
     pub log_scale: &'a [f32],
     /// Weights; they sum to one.
     pub weight: &'a [f32],
+    /// Separate places with at least 1 % of the mass.
+    pub modes: usize,
     /// The verdict.
     pub status: Status,
     /// See [`VerdictOptions::gain_nats`].
@@ -289,6 +291,7 @@ impl<'a> Localizer<'a> {
             heading_rad: &self.cloud.heading,
             log_scale: &self.cloud.log_scale,
             weight: &self.cloud.weight,
+            modes: self.modes.modes.iter().filter(|m| m.mass >= 0.01).count(),
             status: self.status,
             gain_nats: self.evidence.gain_nats,
         }

@@ -8,6 +8,11 @@
 //! bytes on any number of threads.
 
 mod attempts;
+mod banded;
+mod calibrate;
+mod contradicted;
+mod discriminate;
+mod field;
 mod filter;
 mod history;
 mod likelihood;
@@ -16,6 +21,7 @@ mod modes;
 mod motion;
 mod particles;
 mod placement;
+mod polish;
 mod predict;
 mod prior;
 mod report;
@@ -25,6 +31,8 @@ mod survival;
 mod verdict;
 mod walls;
 
+pub use contradicted::{ContradictedKind, ContradictedWall};
+pub use discriminate::{Apart, Going, View as ApartView};
 pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
 pub use look::{FirstLook, LookOptions, first_look};

@@ -190,7 +190,16 @@ impl<'a> Recipe<'a> {
             ..Quality::default()
         };
         let hypotheses = hypotheses.collect();
-        Localization { filter: estimates.clone(), track: estimates, hypotheses, status: self.status(), scale, quality }
+        Localization {
+            filter: estimates.clone(),
+            track: estimates,
+            hypotheses,
+            status: self.status(),
+            scale,
+            quality,
+            contradicted: Vec::new(),
+            apart: Vec::new(),
+        }
     }
 }
 

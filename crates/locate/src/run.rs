@@ -6,6 +6,8 @@ use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, ScaleEstimate, Sight
 
 use crate::LocateError;
 use crate::attempts::{self, Attempt};
+use crate::contradicted::{self, ContradictedWall};
+use crate::discriminate::{self, Apart};
 use crate::filter::{FilterView, Localizer, LocateOptions};
 use crate::likelihood::Explained;
 use crate::smooth::{self, Smoothed};
@@ -45,6 +47,9 @@ pub struct Quality {
     pub attempts: usize,
     /// The run whose best place this is, counted from 0.
     pub attempt: usize,
+    /// How far the plan draws walls off from where they were seen, all of one place together: standard deviation, metres.
+    /// Measured from the residuals along the track, with a weak prior; `None` where too little was seen on walls.
+    pub plan_sigma_m: Option<f64>,
 }
 
 /// The posterior of a walk.
@@ -63,6 +68,10 @@ pub struct Localization {
     pub scale: ScaleEstimate,
     /// How well the answer holds up.
     pub quality: Quality,
+    /// Drawn walls that the walk went or saw through, in order of the walk.
+    pub contradicted: Vec<ContradictedWall>,
+    /// What would tell the likeliest hypothesis from each other one, where the verdict is ambiguous.
+    pub apart: Vec<Apart>,
 }
 
 /// Localises a walk on a plan. `progress` is told the share done, 0..=1, in rising order.
@@ -112,7 +121,11 @@ pub fn localize_observed(
         runs.push(Attempt { index, found });
     }
     progress(1.0);
-    attempts::merge(runs, &options.verdict).ok_or(LocateError::EmptyPath { steps: 0 })
+    let mut found = attempts::merge(runs, &options.verdict).ok_or(LocateError::EmptyPath { steps: 0 })?;
+    if found.status == Status::Ambiguous {
+        found.apart = discriminate::apart(plan, &found.hypotheses);
+    }
+    Ok(found)
 }
 
 /// One filter over the whole walk; sightings in time order.
@@ -172,31 +185,41 @@ impl Localizer<'_> {
         let mut hypotheses = Vec::with_capacity(reported);
         let mut best: Vec<Smoothed> = Vec::new();
         let mut walk_of_best: Vec<Smoothed> = Vec::new();
+        let mut plan_sigma_m = None;
         for mode in 0..reported.min(self.modes.modes.len()) {
             let count = if mode == 0 { TRAJECTORIES } else { TRAJECTORIES / 4 };
-            let walk = smooth::backward(&self, mode, count);
-            let moments = smooth::at_moments(&self, &walk);
+            let smoothed = smooth::smooth(&self, mode, count);
+            let moments = smooth::at_moments(&self, &smoothed.walk);
             hypotheses.push(self.hypothesis(mode, &moments));
             if mode == 0 {
-                (best, walk_of_best) = (moments, walk);
+                (best, walk_of_best) = (moments, smoothed.walk);
+                plan_sigma_m = smoothed.calibration.map(|c| c.plan_sigma_m);
             }
         }
-        let quality = self.quality(&walk_of_best, &best);
+        let quality = Quality { plan_sigma_m, ..self.quality(&walk_of_best, &best) };
+        let contradicted = contradicted::find(&self, &walk_of_best, &best);
         let track = self.track(&best);
         let (log_scale, relative_sigma) = self.cloud.scale();
         let scale = ScaleEstimate { metres_per_unit: libm::exp(log_scale), relative_sigma };
-        Ok(Localization { filter: self.estimates, track, hypotheses, status: self.status, scale, quality })
+        Ok(Localization { filter: self.estimates, track, hypotheses, status: self.status, scale, quality, contradicted, apart: Vec::new() })
     }
 
     fn hypothesis(&self, index: usize, moments: &[Smoothed]) -> Hypothesis {
         let mode = &self.modes.modes[index];
         let track = self.moments.iter().zip(moments).map(|(m, s)| (m.stamp, self.to_plan(&s.mean))).collect();
+        let probability = mode.mass.clamp(0.0, 1.0);
+        let Some(end) = moments.last() else {
+            let scale = ScaleEstimate { metres_per_unit: libm::exp(mode.log_scale), relative_sigma: mode.log_scale_sigma };
+            let (pose, covariance, radius95_m) = (self.to_plan(&mode.mean), mode.covariance, mode.radius95_m);
+            return Hypothesis { probability, pose, covariance, radius95_m, scale, track };
+        };
+        // The smoothed walk's end, so that a hypothesis and the track say the same of it.
         Hypothesis {
-            probability: mode.mass.clamp(0.0, 1.0),
-            pose: self.to_plan(&mode.mean),
-            covariance: mode.covariance,
-            radius95_m: mode.radius95_m,
-            scale: ScaleEstimate { metres_per_unit: libm::exp(mode.log_scale), relative_sigma: mode.log_scale_sigma },
+            probability,
+            pose: self.to_plan(&end.mean),
+            covariance: end.covariance,
+            radius95_m: end.radius95_m,
+            scale: ScaleEstimate { metres_per_unit: libm::exp(end.log_scale), relative_sigma: end.log_scale_variance.max(0.0).sqrt() },
             track,
         }
     }
@@ -247,6 +270,7 @@ impl Localizer<'_> {
             score_nats: self.options.sightings.temper * nats + crossed_nats,
             attempts: 1,
             attempt: 0,
+            plan_sigma_m: None,
             steps: self.moments.len().saturating_sub(1),
             updates: self.history.generations.len().saturating_sub(1),
             particles_max: self.particles_most,

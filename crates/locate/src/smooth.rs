@@ -1,28 +1,31 @@
 //! Where was the walker all along, now that the whole walk is known?
 //!
-//! generations ──backward simulation from one final mode──▶ trajectories ──▶ mean, covariance and radius for each moment
+//! generations ──backward simulation from one final mode──▶ trajectories ──polish──▶ mean, covariance and radius for each moment
 //!
 //! Source: Godsill, Doucet & West 2004 (backward simulation). Each trajectory picks its past anew at every generation, by
 //! weight times the density of the motion that leads on; it always may pick its own parent, so it never breaks off.
 //! Departs from the book in two ways: only guesses with descendants some updates later are looked at (the others would hardly
 //! be picked), and static scale is given a small spread, for else a particle could have come from its own parent only.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector4};
 use planwalk_types::{Seed, wrap_angle};
 use rayon::prelude::*;
 
+use crate::calibrate::Calibration;
 use crate::filter::{Localizer, carry};
 use crate::history::{Generation, NO_PARENT};
 use crate::modes::weighted_quantile;
 use crate::motion::{Motion, NoiseFloor, uniform};
 use crate::particles::Roughening;
+use crate::polish::{Link, Problem};
 
 /// Most candidates that a trajectory chooses from at a generation.
 const CANDIDATES: usize = 1024;
-/// Standard deviation of where walls stand against where the plan draws them, and of how straight odometry is between two
-/// looks at them. Without it the smoothed 95 % regions held the truth 83–100 % of the time on simulated odometry along real
-/// walks; on rendered video, whose odometry bends, 5 cm held 60–90 % of it.
+/// Standard deviation of where walls stand against where the plan draws them, where nothing was seen that could measure it
+/// (where it could, see [`crate::calibrate`]).
 const PLAN_SIGMA_M: f64 = 0.1;
+/// Draws of the posterior that are polished besides the mean: places that do not merge stay visible as spread.
+const DRAWS: usize = 5;
 /// Smallest spreads of the backward kernel: metres, radians, log scale.
 const KERNEL_M: f64 = 0.02;
 const KERNEL_RAD: f64 = 0.006;
@@ -35,19 +38,47 @@ pub(crate) struct Smoothed {
     pub covariance: Matrix3<f64>,
     pub radius95_m: f64,
     pub log_scale: f64,
+    pub log_scale_variance: f64,
 }
 
-/// The smoothed walk that ends in mode `mode`, one entry a generation; empty when no particle is in that mode.
-pub(crate) fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> Vec<Smoothed> {
+/// A walk smoothed, and what its polish measured, if there was anything to polish against.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SmoothedWalk {
+    /// One entry a generation; empty when no particle is in the mode.
+    pub walk: Vec<Smoothed>,
+    pub calibration: Option<Calibration>,
+}
+
+/// The walk that ends in mode `mode`, smoothed over the particles and polished against the plan.
+pub(crate) fn smooth(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> SmoothedWalk {
+    let (walk, draws) = backward(localizer, mode, trajectories);
+    let mean: Vec<Vector4<f64>> = walk.iter().map(|s| Vector4::new(s.mean.x, s.mean.y, s.mean.z, s.log_scale)).collect();
+    if mean.is_empty() {
+        return SmoothedWalk::default();
+    }
+    let links = localizer.history.generations.iter().map(|g| Link { motion: g.motion, rays: &g.rays }).collect();
+    let mut problem = Problem::new(links, &mean, localizer.plan, &localizer.walls, &localizer.options);
+    // Other places are a second thought: their spread is that of one hill.
+    let draws = if mode == 0 { &draws[..] } else { &[] };
+    match problem.polish(&mean, draws) {
+        Some(polished) => SmoothedWalk { walk: polished.walk, calibration: Some(polished.calibration) },
+        None => SmoothedWalk { walk, calibration: None },
+    }
+}
+
+/// Mean and spread at every generation, and a few of the trajectories.
+fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> (Vec<Smoothed>, Vec<Vec<Vector4<f64>>>) {
     let generations = &localizer.history.generations;
-    let Some(last) = generations.last() else { return Vec::new() };
+    let Some(last) = generations.last() else { return Default::default() };
     let ends = draw_ends(localizer, last, mode, trajectories);
     if ends.is_empty() {
-        return Vec::new();
+        return Default::default();
     }
     let seed = localizer.options.seed.child("backward", mode as u64);
     let mut nodes: Vec<Node> = ends.into_iter().map(|i| Node { particle: Some(i), state: state(last, i) }).collect();
     let mut walk = vec![summarise(&nodes)];
+    let kept: Vec<usize> = (0..DRAWS).map(|k| (2 * k + 1) * nodes.len() / (2 * DRAWS)).collect();
+    let mut draws: Vec<Vec<Vector4<f64>>> = kept.iter().map(|i| vec![Vector4::from(nodes[*i].state)]).collect();
     for g in (1..generations.len()).rev() {
         let (before, here) = (&generations[g - 1], &generations[g]);
         let kernel = Kernel::new(here, &localizer.options.noise_floor);
@@ -61,9 +92,11 @@ pub(crate) fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usi
             };
         });
         walk.push(summarise(&nodes));
+        draws.iter_mut().zip(&kept).for_each(|(draw, i)| draw.push(Vector4::from(nodes[*i].state)));
     }
     walk.reverse();
-    walk
+    draws.iter_mut().for_each(|draw| draw.reverse());
+    (walk, draws)
 }
 
 /// Where a trajectory is at a generation: (x, y, heading, log scale), and which particle that is.
@@ -206,6 +239,8 @@ fn summarise(nodes: &[Node]) -> Smoothed {
     let mean = Vector3::new(x / count, y / count, libm::atan2(s, c));
     let mut covariance = Matrix3::zeros();
     let mut distances = Vec::with_capacity(nodes.len());
+    let log_scale = log_scale / count;
+    let log_scale_variance = nodes.iter().map(|n| (n.state[3] - log_scale).powi(2)).sum::<f64>() / count;
     for Node { state, .. } in nodes {
         let off = Vector3::new(state[0] - mean.x, state[1] - mean.y, wrap_angle(state[2] - mean.z));
         covariance += off * off.transpose() / count;
@@ -215,7 +250,47 @@ fn summarise(nodes: &[Node]) -> Smoothed {
     let plan = PLAN_SIGMA_M * PLAN_SIGMA_M;
     covariance += Matrix3::from_diagonal(&Vector3::new(plan, plan, KERNEL_RAD * KERNEL_RAD));
     let radius95_m = weighted_quantile(&mut distances, 0.95).hypot(2.448 * PLAN_SIGMA_M);
-    Smoothed { mean, covariance, radius95_m, log_scale: log_scale / count }
+    Smoothed { mean, covariance, radius95_m, log_scale, log_scale_variance }
+}
+
+/// Radius around the first place that holds 95 % of equally likely Gaussians of one covariance around all of `places`.
+pub(crate) fn radius95(places: &[(f64, f64)], covariance: &Matrix3<f64>) -> f64 {
+    const DIRECTIONS: usize = 24;
+    let Some(centre) = places.first() else { return 0.0 };
+    let (a, b, c) = (covariance[(0, 0)].max(0.0), covariance[(0, 1)], covariance[(1, 1)].max(0.0));
+    let root = a.sqrt().max(1e-12);
+    let (low, corner) = (b / root, (c - b * b / (root * root)).max(0.0).sqrt());
+    let spokes: Vec<(f64, f64)> = (0..DIRECTIONS)
+        .map(|i| {
+            let (s, c) = libm::sincos((i as f64 + 0.5) * std::f64::consts::TAU / DIRECTIONS as f64);
+            (root * c, low * c + corner * s)
+        })
+        .collect();
+    // Mass within a circle, spoke by spoke: along a spoke the distance in sigmas is Rayleigh's.
+    let beyond = |sigmas: f64| libm::exp(-0.5 * sigmas.max(0.0).powi(2));
+    let within = |radius: f64| {
+        let mut mass = 0.0;
+        for place in places {
+            let (dx, dy) = (place.0 - centre.0, place.1 - centre.1);
+            for spoke in &spokes {
+                let long = (spoke.0 * spoke.0 + spoke.1 * spoke.1).max(1e-24);
+                let half = dx * spoke.0 + dy * spoke.1;
+                let inside = half * half - long * (dx * dx + dy * dy - radius * radius);
+                if inside > 0.0 {
+                    let reach = inside.sqrt();
+                    mass += beyond((-half - reach) / long) - beyond((-half + reach) / long);
+                }
+            }
+        }
+        mass / (places.len() * DIRECTIONS) as f64
+    };
+    let farthest = places.iter().map(|p| (p.0 - centre.0).hypot(p.1 - centre.1)).fold(0.0, f64::max);
+    let (mut short, mut long) = (0.0, farthest + 5.0 * (a + c).sqrt() + 1e-9);
+    for _ in 0..30 {
+        let middle = 0.5 * (short + long);
+        if within(middle) < 0.95 { short = middle } else { long = middle }
+    }
+    0.5 * (short + long)
 }
 
 /// The smoothed walk at every moment of the path: between generations the odometry, bent to meet both.
@@ -243,7 +318,31 @@ pub(crate) fn at_moments(localizer: &Localizer<'_>, walk: &[Smoothed]) -> Vec<Sm
             covariance: from.covariance * (1.0 - share) + to.covariance * share,
             radius95_m: mix(from.radius95_m, to.radius95_m),
             log_scale: mix(from.log_scale, to.log_scale),
+            log_scale_variance: mix(from.log_scale_variance, to.log_scale_variance),
         })
     };
     localizer.moments.iter().filter_map(between).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_radius_of_one_place_is_that_of_its_gaussian() {
+        let round = Matrix3::from_diagonal(&Vector3::new(0.04, 0.04, 1.0));
+        // √(χ²₂(0.95)) = 2.4477.
+        assert!((radius95(&[(3.0, 4.0)], &round) - 0.2 * 2.4477).abs() < 1e-4);
+        let long = Matrix3::from_diagonal(&Vector3::new(1.0, 1e-8, 1.0));
+        // On a line: 1.96 σ. 24 directions stand for all.
+        assert!((radius95(&[(0.0, 0.0)], &long) - 1.96).abs() < 0.05, "{}", radius95(&[(0.0, 0.0)], &long));
+    }
+
+    #[test]
+    fn a_second_place_widens_the_radius_until_it_is_reached() {
+        let narrow = Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 1.0));
+        let radius = radius95(&[(0.0, 0.0), (3.0, 0.0)], &narrow);
+        assert!(radius > 3.0 && radius < 3.3, "{radius}");
+        assert!(radius95(&[(0.0, 0.0)], &Matrix3::zeros()) < 1e-6);
+    }
 }

@@ -1,7 +1,9 @@
 //! What localisation promises, one claim a test: simulated walks with known truth, then real plans.
 
 use nalgebra::Matrix3;
-use planwalk_locate::{Localization, LocateError, LocateOptions, PlaceOptions, ScalePrior, StartPrior, localize, localize_observed, place};
+use planwalk_locate::{
+    ContradictedKind, Localization, LocateError, LocateOptions, PlaceOptions, ScalePrior, StartPrior, localize, localize_observed, place,
+};
 use planwalk_types::path::StepNoise;
 use planwalk_types::{
     Cell, FloorPlan, Odom, OdometryScale, Path, PlanPose, Pt2, Rigid2, Seed, Sighting, Stamp, Status, Step, Wall, wrap_angle,
@@ -244,6 +246,7 @@ fn a_symmetric_building_has_two_answers() {
     let walk = walk(&[(2.0, 2.0), (2.0, 4.0), (6.0, 3.0), (10.0, 2.0), (10.0, 4.5)], &plan, WORLD, 3);
     let found = run(&walk, &plan, &options(3));
     assert_eq!(found.status, Status::Ambiguous);
+    assert!(!found.apart.is_empty() && found.apart[0].first == 0 && found.apart[0].second == 1);
     let truth = walk.truth[walk.truth.len() - 1];
     let mirrored = PlanPose::new(12.0 - truth.x, 6.0 - truth.y, truth.heading_rad + std::f64::consts::PI);
     for place in [truth, mirrored] {
@@ -272,6 +275,34 @@ fn a_planned_wall_that_was_never_built_is_crossed_and_counted() {
     let (end, truth) = (&found.filter[found.filter.len() - 1], &walk.truth[walk.truth.len() - 1]);
     assert!(off(&end.pose, truth) < 0.5, "ends {} m off", off(&end.pose, truth));
     assert_eq!(found.quality.wall_crossings, 1);
+    let crossed: Vec<_> = found.contradicted.iter().filter(|w| w.kind == ContradictedKind::Crossed).collect();
+    assert_eq!(crossed.len(), 1, "{:?}", found.contradicted);
+    // The walk goes through the middle of the door that is not drawn; a track is good to two decimetres.
+    assert!(crossed[0].place.distance(Pt2::new(10.7, 5.8)) < 0.4 && crossed[0].crossed == 1, "{crossed:?}");
+}
+
+#[test]
+fn an_honest_plan_is_not_contradicted() {
+    let plan = office();
+    for seed in 1..4 {
+        let walk = walk(&WALK, &plan, WORLD, seed);
+        let found = run(&walk, &plan, &LocateOptions { start: Some(start_of(&walk)), ..options(seed) });
+        assert!(found.contradicted.is_empty(), "seed {seed}: {:?}", found.contradicted);
+    }
+}
+
+#[test]
+fn the_polish_measures_how_far_off_a_plan_draws() {
+    // The drawn office is the built one: what is left is half a cell of drawing, a prior, and what the noise lets through.
+    let plan = office();
+    let walk = walk(&WALK, &plan, WORLD, 2);
+    let found = run(&walk, &plan, &LocateOptions { start: Some(start_of(&walk)), ..options(2) });
+    assert!(found.quality.plan_sigma_m.is_some_and(|s| s > 0.005 && s < 0.1), "{:?}", found.quality);
+    let track_off = median(found.track.iter().zip(&walk.truth).map(|(e, t)| off(&e.pose, t)).collect());
+    assert!(track_off < 0.1, "{track_off} m off in the median");
+    let end = &found.hypotheses[0];
+    assert!((end.radius95_m - found.track[found.track.len() - 1].radius95_m).abs() < 1e-9, "a hypothesis and the track agree on the end");
+    assert_eq!(blind(&walk, &plan, &options(2)).quality.plan_sigma_m, None, "nothing was seen");
 }
 
 #[test]

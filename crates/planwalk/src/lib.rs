@@ -8,12 +8,14 @@
 pub mod bench;
 pub mod evaluate;
 pub mod figure;
+mod film;
 pub mod report;
 pub mod result;
 pub mod run;
 pub mod tables;
 pub mod words;
 
+pub use film::filmstrip;
 pub use planwalk_locate as locate;
 pub use planwalk_odometry as odometry;
 pub use planwalk_types as types;

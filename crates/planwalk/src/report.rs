@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use planwalk_types::Estimate;
 
-use crate::result::{ResultFile, length_m};
+use crate::result::{ContradictedKindEntry, ResultFile, length_m};
 use crate::words;
 
 const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;max-width:1500px;margin:2em auto;padding:0 1em;color:#1b1f24}\
@@ -26,6 +26,7 @@ pub fn html(title: &str, pictures: &[(&str, &str)], result: &ResultFile, track: 
         let _ = write!(page, "<h2>{}</h2>\n{svg}\n", escape(caption));
     }
     hypotheses(&mut page, result);
+    contradicted(&mut page, result);
     quality(&mut page, result);
     origin(&mut page, result);
     page.push_str("</body></html>\n");
@@ -68,6 +69,37 @@ fn hypotheses(page: &mut String, result: &ResultFile) {
         let _ = writeln!(page, "<tr>{cells}</tr>");
     }
     page.push_str("</table>\n");
+    if !result.apart.is_empty() {
+        let items: String = result.apart.iter().map(|a| format!("<li>{}</li>", escape(&words::apart(a)))).collect();
+        let _ = writeln!(page, "<h2>What would tell them apart</h2>\n<ul>{items}</ul>");
+    }
+}
+
+fn contradicted(page: &mut String, result: &ResultFile) {
+    let Some(said) = words::contradicted(&result.contradicted) else { return };
+    let _ = write!(
+        page,
+        "<h2>Walls that the walk contradicts</h2>\n<p>{}.</p>\n<table><tr><th>how</th><th>x / m</th><th>y / m</th><th>extent / m</th>\
+         <th>times crossed</th><th>looks through</th><th>looks that end there</th></tr>\n",
+        escape(&said)
+    );
+    for wall in &result.contradicted {
+        let how = match wall.kind {
+            ContradictedKindEntry::Crossed => format!("crossed ({})", words::percent(wall.confidence)),
+            ContradictedKindEntry::SeenThrough => "seen through".to_owned(),
+        };
+        let numbers = [
+            format!("{:.2}", wall.x_m),
+            format!("{:.2}", wall.y_m),
+            format!("{:.1}", wall.length_m),
+            wall.times_crossed.to_string(),
+            wall.rays_through.to_string(),
+            wall.rays_ending.to_string(),
+        ];
+        let cells: String = numbers.iter().map(|n| format!("<td class=\"number\">{n}</td>")).collect();
+        let _ = writeln!(page, "<tr><td>{}</td>{cells}</tr>", escape(&how));
+    }
+    page.push_str("</table>\n");
 }
 
 fn quality(page: &mut String, result: &ResultFile) {
@@ -85,6 +117,10 @@ fn quality(page: &mut String, result: &ResultFile) {
         q.particles_max,
         q.particles_end
     );
+    if let Some(sigma_m) = q.plan_sigma_m {
+        let _ =
+            writeln!(page, "<p>Drawn walls stand off by {:.0} cm (one standard deviation, measured along the walk).</p>", 100.0 * sigma_m);
+    }
     if !result.gaps.is_empty() {
         page.push_str("<h2>Bad stretches of the video</h2>\n<table><tr><th>from / s</th><th>to / s</th><th>cause</th></tr>\n");
         for gap in &result.gaps {

@@ -1,6 +1,6 @@
 //! What does `result.json` say? The answer for programs; the schema is versioned.
 
-use planwalk_locate::{Localization, Quality};
+use planwalk_locate::{Apart, ApartView, ContradictedKind, ContradictedWall, Going, Localization, Quality};
 use planwalk_odometry::Gap;
 use planwalk_types::{Camera, Estimate, Hypothesis, PlanPose, ScaleEstimate, Seed, Status};
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,12 @@ pub struct ResultFile {
     /// How well the answer holds up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quality: Option<QualityEntry>,
+    /// Drawn walls that the walk went or saw through.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contradicted: Vec<ContradictedEntry>,
+    /// What would tell the likeliest place from each other one, where the verdict is ambiguous.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub apart: Vec<ApartEntry>,
     /// The video's odometry, where there was a video.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry: Option<OdometryEntry>,
@@ -114,6 +120,58 @@ pub struct QualityEntry {
     pub score_nats: f64,
     /// Independent runs over the walk.
     pub attempts: usize,
+    /// How far off the plan draws walls, metres, one standard deviation; absent where too little was seen on walls.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plan_sigma_m: Option<f64>,
+}
+
+/// A drawn wall that the walk contradicts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ContradictedEntry {
+    /// How.
+    pub kind: ContradictedKindEntry,
+    /// Where, metres.
+    pub x_m: f64,
+    /// Where, metres.
+    pub y_m: f64,
+    /// Extent of what was seen through, metres; 0 for a crossing.
+    pub length_m: f64,
+    /// How often the walk goes through.
+    pub times_crossed: usize,
+    /// How sure that is, 0..=1.
+    pub confidence: f64,
+    /// Looks that go through.
+    pub rays_through: usize,
+    /// Looks that end there.
+    pub rays_ending: usize,
+}
+
+/// How a wall is contradicted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContradictedKindEntry {
+    /// The walk goes through it.
+    Crossed,
+    /// What is behind it was seen.
+    SeenThrough,
+}
+
+/// What would tell two hypotheses apart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ApartEntry {
+    /// The hypotheses, counted from 0 in `hypotheses`.
+    pub hypotheses: [usize; 2],
+    /// Which way to go on: `straight`, `left` or `right`; absent where nothing within reach tells them apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub go: Option<String>,
+    /// How far, metres.
+    pub distance_m: f64,
+    /// Where to look then: radians anticlockwise from ahead.
+    pub direction_rad: f64,
+    /// What is there at the first, in words.
+    pub at_first: String,
+    /// And at the second.
+    pub at_second: String,
 }
 
 /// The video's odometry in figures.
@@ -208,6 +266,8 @@ impl ResultFile {
             hypotheses: Vec::new(),
             scale: None,
             quality: None,
+            contradicted: Vec::new(),
+            apart: Vec::new(),
             odometry: None,
             placement: None,
             camera: None,
@@ -226,6 +286,8 @@ impl ResultFile {
         self.hypotheses = found.hypotheses.iter().map(HypothesisEntry::from).collect();
         self.scale = Some(found.scale);
         self.quality = Some(QualityEntry::from(&found.quality));
+        self.contradicted = found.contradicted.iter().map(ContradictedEntry::from).collect();
+        self.apart = found.apart.iter().map(ApartEntry::from).collect();
     }
 
     /// Pretty JSON with a newline at the end.
@@ -267,6 +329,49 @@ impl From<&Quality> for QualityEntry {
             particles_end: q.particles_end,
             score_nats: q.score_nats,
             attempts: q.attempts,
+            plan_sigma_m: q.plan_sigma_m,
+        }
+    }
+}
+
+impl From<&ContradictedWall> for ContradictedEntry {
+    fn from(wall: &ContradictedWall) -> Self {
+        let kind = match wall.kind {
+            ContradictedKind::Crossed => ContradictedKindEntry::Crossed,
+            ContradictedKind::SeenThrough => ContradictedKindEntry::SeenThrough,
+        };
+        Self {
+            kind,
+            x_m: wall.place.x,
+            y_m: wall.place.y,
+            length_m: wall.length_m,
+            times_crossed: wall.crossed,
+            confidence: wall.confidence,
+            rays_through: wall.through,
+            rays_ending: wall.ending,
+        }
+    }
+}
+
+impl From<&Apart> for ApartEntry {
+    fn from(apart: &Apart) -> Self {
+        let seen = |view: &ApartView| match view {
+            ApartView::Wall(distance) => format!("a wall {distance:.1} m off"),
+            ApartView::Door => "a door".to_owned(),
+            ApartView::Open(distance) => format!("open for {distance:.0} m and more"),
+        };
+        let go = apart.going.map(|going| match going {
+            Going::Straight => "straight",
+            Going::Left => "left",
+            Going::Right => "right",
+        });
+        Self {
+            hypotheses: [apart.first, apart.second],
+            go: go.map(str::to_owned),
+            distance_m: apart.after_m,
+            direction_rad: apart.look_rad,
+            at_first: seen(&apart.at_first),
+            at_second: seen(&apart.at_second),
         }
     }
 }

@@ -5,10 +5,11 @@ use planwalk_locate::{
     localize_observed,
 };
 use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, VisualOdometry};
-use planwalk_types::{Camera, FloorPlan, OdometryScale, Path, Plan, Pt2, Seed, Sighting, Stamp, VideoFrame};
+use planwalk_types::{Camera, FloorPlan, OdometryScale, Path, Plan, Pt2, Seed, Sighting, VideoFrame};
 use serde::{Deserialize, Serialize};
 
 use crate::figure::ParticleCloud;
+use crate::film::Film;
 
 /// What came of a video.
 #[derive(Debug)]
@@ -104,14 +105,12 @@ pub struct LocalizeOptions {
 pub struct Run {
     /// Posterior, track, verdict.
     pub localization: Localization,
-    /// The filter's particles at a few moments.
+    /// The filter's particles at the moments that tell most (see [`crate::filmstrip`]), in time order.
     pub clouds: Vec<ParticleCloud>,
 }
 
-/// Shares of the walk's time at which the particles are kept for the picture: most is decided early, at the first corners.
-const CLOUD_MOMENTS: [f64; 4] = [0.0, 0.08, 0.25, 1.0];
 /// Most particles kept a moment.
-const CLOUD_SIZE: usize = 4000;
+const CLOUD_SIZE: usize = 3000;
 
 /// Checks, before any long work, that the stated start is a place on this plan.
 ///
@@ -139,23 +138,40 @@ pub fn localize(walk: &Walk, plan: &FloorPlan, options: &LocalizeOptions, progre
     }
     let mut locate = LocateOptions::new(options.seed, ScalePrior::of(walk.scale, &walk.path));
     locate.start = options.start;
-    let moments = cloud_moments(&walk.path);
-    let mut of_runs: Vec<Vec<ParticleCloud>> = Vec::new();
+    let mut of_runs: Vec<Film> = Vec::new();
     let localization = localize_observed(&walk.path, &walk.sightings, plan, &locate, progress, &mut |run, view| {
-        of_runs.resize_with(of_runs.len().max(run + 1), Vec::new);
-        let clouds = &mut of_runs[run];
-        // The last view is kept up to date, because nobody knows which update is the last.
-        let due = moments.get(clouds.len()).is_some_and(|m| view.stamp >= *m);
-        if !due && clouds.len() < moments.len() {
-            return;
-        }
-        if clouds.len() == moments.len() {
-            clouds.pop();
-        }
-        clouds.push(ParticleCloud { stamp: view.stamp, count: view.x.len(), places: thinned(view) });
+        of_runs.resize_with(of_runs.len().max(run + 1), Film::default);
+        of_runs[run].push(cloud(view));
     })?;
-    let clouds = of_runs.into_iter().nth(localization.quality.attempt).unwrap_or_default();
+    let clouds = of_runs.into_iter().nth(localization.quality.attempt).unwrap_or_default().into_clouds();
     Ok(Run { localization, clouds })
+}
+
+/// The particles as a picture wants them.
+fn cloud(view: &FilterView<'_>) -> ParticleCloud {
+    let places = thinned(view);
+    // Ground in squares of half a metre.
+    let mut squares: Vec<(i64, i64)> = places.iter().map(|p| ((2.0 * p.x).floor() as i64, (2.0 * p.y).floor() as i64)).collect();
+    squares.sort_unstable();
+    squares.dedup();
+    let (mut weight, mut sum, mut square) = (0.0, 0.0, 0.0);
+    // A few thousand give the scale to a fraction of its own spread.
+    let stride = (view.x.len() / CLOUD_SIZE).max(1);
+    for (log_scale, w) in view.log_scale.iter().zip(view.weight).step_by(stride) {
+        let (log_scale, w) = (f64::from(*log_scale), f64::from(*w));
+        (weight, sum, square) = (weight + w, sum + w * log_scale, square + w * log_scale * log_scale);
+    }
+    let mean = sum / weight.max(f64::MIN_POSITIVE);
+    ParticleCloud {
+        stamp: view.stamp,
+        count: view.x.len(),
+        places,
+        area_m2: 0.25 * squares.len() as f64,
+        modes: view.modes,
+        status: view.status,
+        metres_per_unit: mean.exp(),
+        relative_sigma: (square / weight.max(f64::MIN_POSITIVE) - mean * mean).max(0.0).sqrt(),
+    }
 }
 
 /// Particles at equal shares of the weight, at most [`CLOUD_SIZE`]: dots show belief, not bookkeeping.
@@ -172,11 +188,4 @@ fn thinned(view: &FilterView<'_>) -> Vec<Pt2<Plan>> {
         }
     }
     places
-}
-
-fn cloud_moments(path: &Path) -> Vec<Stamp> {
-    let (Some(first), Some(last)) = (path.steps.first(), path.steps.last()) else { return Vec::new() };
-    let span = last.to.0.saturating_sub(first.from.0);
-    // The last moment is a hair early: the filter gathers steps and may never update at the very end.
-    CLOUD_MOMENTS.map(|share| Stamp(first.from.0 + (0.97 * share * span as f64) as i64)).to_vec()
 }

@@ -2,6 +2,8 @@
 
 use planwalk_types::{Estimate, ScaleEstimate, Status};
 
+use crate::result::{ApartEntry, ContradictedEntry, ContradictedKindEntry};
+
 /// The verdict as a sentence; `probability` is that of the likeliest place.
 pub fn verdict(status: Status, probability: f64) -> String {
     let share = percent(probability);
@@ -23,6 +25,55 @@ pub fn end_pose(end: &Estimate) -> String {
 /// The scale, e.g. `1 unit of odometry = 0.84 m ± 5 %`.
 pub fn scale(scale: &ScaleEstimate) -> String {
     format!("1 unit of odometry = {} m ± {:.0} %", significant(scale.metres_per_unit), 100.0 * scale.relative_sigma)
+}
+
+/// Which drawn walls the walk contradicts; `None` where none is.
+pub fn contradicted(walls: &[ContradictedEntry]) -> Option<String> {
+    /// More are told by the list, not by a sentence.
+    const NAMED: usize = 4;
+    let all = |kind: ContradictedKindEntry| walls.iter().filter(move |w| w.kind == kind);
+    let places = |kind: ContradictedKindEntry| {
+        let place = |w: &ContradictedEntry| {
+            let times = if w.times_crossed > 1 { format!(" ({} times)", w.times_crossed) } else { String::new() };
+            format!("({}, {}){times}", signed(w.x_m, 1), signed(w.y_m, 1))
+        };
+        let named: Vec<String> = all(kind).take(NAMED).map(place).collect();
+        let more = all(kind).count().saturating_sub(NAMED);
+        named.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+    };
+    let (crossed, seen) = (places(ContradictedKindEntry::Crossed), places(ContradictedKindEntry::SeenThrough));
+    let how = match (crossed.is_empty(), seen.is_empty()) {
+        (true, true) => return None,
+        (false, true) => format!("crossed near {crossed}"),
+        (true, false) => format!("seen through near {seen}"),
+        (false, false) => format!("crossed near {crossed}; seen through near {seen}"),
+    };
+    let count = walls.len();
+    Some(if count == 1 { format!("1 drawn wall is contradicted: {how}") } else { format!("{count} drawn walls are contradicted: {how}") })
+}
+
+/// What would tell two places apart, e.g. `they differ in 6 m: a door on the left at the first, a wall 1.5 m off at the second`.
+pub fn apart(apart: &ApartEntry) -> String {
+    let places = |i: usize| match apart.hypotheses[i] {
+        0 => "the likeliest place".to_owned(),
+        other => format!("place {}", other + 1),
+    };
+    let (first, second) = (places(0), places(1));
+    let Some(go) = &apart.go else {
+        return format!("{first} and {second}: nothing within {:.0} m tells them apart", apart.distance_m);
+    };
+    let way = match (go.as_str(), apart.distance_m) {
+        ("straight", d) if d < 0.5 => "they differ here".to_owned(),
+        ("straight", d) => format!("they differ in {d:.0} m straight on"),
+        (turn, d) if d < 0.5 => format!("they differ to the {turn}"),
+        (turn, d) => format!("they differ in {d:.0} m after a turn to the {turn}"),
+    };
+    let look = match apart.direction_rad {
+        r if r > 0.1 => "on the left",
+        r if r < -0.1 => "on the right",
+        _ => "ahead",
+    };
+    format!("{first} and {second}: {way}: {look}, {} at the first, {} at the second", apart.at_first, apart.at_second)
 }
 
 /// A share as per cent; what is neither none nor all is not rounded to it.
@@ -80,6 +131,44 @@ mod tests {
             scale: None,
         };
         assert_eq!(end_pose(&end), "(−1.20, 0.00) m ± 0.50 m (95 %), facing 92°");
+    }
+
+    #[test]
+    fn contradicted_walls_are_named_with_their_places() {
+        let wall = |kind, x_m: f64, times_crossed| ContradictedEntry {
+            kind,
+            x_m,
+            y_m: 4.5,
+            length_m: 0.0,
+            times_crossed,
+            confidence: 1.0,
+            rays_through: 0,
+            rays_ending: 0,
+        };
+        assert_eq!(contradicted(&[]), None);
+        let crossed = wall(ContradictedKindEntry::Crossed, 12.3, 1);
+        assert_eq!(contradicted(&[crossed]).unwrap(), "1 drawn wall is contradicted: crossed near (12.3, 4.5)");
+        let all = [crossed, wall(ContradictedKindEntry::Crossed, 2.0, 2), wall(ContradictedKindEntry::SeenThrough, -7.0, 0)];
+        let said = "3 drawn walls are contradicted: crossed near (12.3, 4.5), (2.0, 4.5) (2 times); seen through near (−7.0, 4.5)";
+        assert_eq!(contradicted(&all).unwrap(), said);
+    }
+
+    #[test]
+    fn what_tells_places_apart_reads_like_this() {
+        let mut entry = ApartEntry {
+            hypotheses: [0, 1],
+            go: Some("straight".to_owned()),
+            distance_m: 6.0,
+            direction_rad: 1.57,
+            at_first: "a door".to_owned(),
+            at_second: "a wall 1.5 m off".to_owned(),
+        };
+        let said = "the likeliest place and place 2: they differ in 6 m straight on: on the left, a door at the first, a wall 1.5 m off at the second";
+        assert_eq!(apart(&entry), said);
+        (entry.distance_m, entry.direction_rad) = (0.0, 0.0);
+        assert!(apart(&entry).contains("they differ here: ahead"), "{}", apart(&entry));
+        (entry.go, entry.distance_m) = (None, 30.0);
+        assert_eq!(apart(&entry), "the likeliest place and place 2: nothing within 30 m tells them apart");
     }
 
     #[test]

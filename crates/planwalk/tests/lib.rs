@@ -11,7 +11,7 @@ use planwalk::types::{
     CameraPose, Estimate, FloorPlan, Hypothesis, OdometryScale, Path, Plan, PlanPose, Pt2, Rigid3, ScaleEstimate, Seed, Sighting, Stamp,
     Status, TrackingState, Wall,
 };
-use planwalk::{LocalizeOptions, Method, Walk, check_start, localize};
+use planwalk::{LocalizeOptions, Method, Walk, check_start, filmstrip, localize};
 
 fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Wall {
     Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) }
@@ -91,7 +91,10 @@ fn a_walk_from_a_known_start_is_found_and_its_particles_are_kept() {
     let errors = place::score(&run.localization.track, &run.localization.filter, &truth(), &PlaceOptions::default()).unwrap().track;
     // Half a corridor's half width: the picture then shows the walk where it was.
     assert!(errors.median_m < 0.5 && errors.end_m < 0.5, "{errors:?}");
-    assert!((2..=4).contains(&run.clouds.len()), "{} moments for the picture", run.clouds.len());
+    assert!((2..=48).contains(&run.clouds.len()), "{} moments for the animation", run.clouds.len());
+    let strip = filmstrip(&run.clouds);
+    assert!((2..=8).contains(&strip.len()), "{} moments for the picture", strip.len());
+    assert_eq!(strip.last().map(|c| c.stamp), run.clouds.last().map(|c| c.stamp), "the last moment is shown");
     assert!(run.clouds.windows(2).all(|w| w[0].stamp < w[1].stamp) && run.clouds.iter().all(|c| !c.places.is_empty()));
 }
 
@@ -126,7 +129,7 @@ fn words(svg: &str) -> Vec<&str> {
 
 fn picture<'a>(plan: &'a FloorPlan, track: &'a [Estimate], hypotheses: &'a [Hypothesis]) -> TrackPicture<'a> {
     let scale = ScaleEstimate { metres_per_unit: 1.0, relative_sigma: 0.03 };
-    TrackPicture { title: "a <walk> & a plan", plan, track, hypotheses, status: Status::Ambiguous, scale, truth: &[] }
+    TrackPicture { title: "a <walk> & a plan", plan, track, hypotheses, status: Status::Ambiguous, scale, truth: &[], contradicted: &[] }
 }
 
 #[test]
@@ -200,9 +203,18 @@ fn placements_and_particles_are_drawn() {
     assert!(words(&svg).contains(&"The path can start anywhere in the red region: 1.5 m² (all headings)."), "{:?}", words(&svg));
     let nowhere = PlacementPicture { start_region: &[], best: &[], ..picture }.svg();
     assert!(words(&nowhere).iter().any(|w| w.contains("fits nowhere")));
-    let cloud = |i: i64| ParticleCloud { stamp: Stamp(i * 1_000_000_000), count: 5000, places: vec![Pt2::new(1.0, 1.0); 10] };
+    let cloud = |i: i64| ParticleCloud {
+        stamp: Stamp(i * 1_000_000_000),
+        count: 5000,
+        places: vec![Pt2::new(1.0, 1.0); 10],
+        area_m2: 0.25,
+        modes: 1,
+        status: Status::Ambiguous,
+        metres_per_unit: 0.84,
+        relative_sigma: 0.05,
+    };
     let svg = ParticlePicture { title: "p", plan: &plan, track: &truth(), moments: &[cloud(1), cloud(4), cloud(9)] }.svg();
-    assert!(words(&svg).contains(&"after 4.0 s: 5,000 particles"));
+    assert!(words(&svg).contains(&"1 place, 5,000 particles, scale 0.840 ± 5 %"));
     assert_eq!(svg.matches("<circle").count(), 3, "a ring around each cloud that is too small to be seen");
     assert!(png_of(&svg).is_ok() && png_of(&nowhere).is_ok());
     assert!(png_of(&ParticlePicture { title: "p", plan: &plan, track: &[], moments: &[] }.svg()).is_ok());

@@ -253,6 +253,9 @@ pub struct LocateArgs {
     /// Localiser
     #[arg(long, value_enum, default_value_t = MethodName::Planwalk)]
     pub method: MethodName,
+    /// Also draw posterior.gif: how the places that the walker might be at became one
+    #[arg(long)]
+    pub animation: bool,
     /// Shared arguments.
     #[command(flatten)]
     pub common: Common,

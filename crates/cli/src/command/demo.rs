@@ -30,7 +30,7 @@ pub fn run(args: &DemoArgs) -> Result<(), Failure> {
     let clip = Clip { frames, count: Some(scene.frame_count()), camera: scene.camera(), solver: SolverName::FivePoint, name: "demo" };
     let walk = Walk::from(&follow(&mut task, clip)?);
     let options = LocalizeOptions { seed, start: None, method: Method::Planwalk };
-    locate::localize(&mut task, &walk, &plan, &options, "demo: a simulated walk", &scene.truth_on_floor())?;
+    locate::localize(&mut task, &walk, &plan, &options, "demo: a simulated walk", &scene.truth_on_floor(), true)?;
     task.end()
 }
 

@@ -3,7 +3,7 @@
 use planwalk::evaluate::{AssociateOptions, PlaceOptions, place};
 use std::time::Instant;
 
-use planwalk::figure::{ParticlePicture, TrackPicture};
+use planwalk::figure::{ParticlePicture, TrackPicture, gif_of};
 use planwalk::locate::LocateError;
 use planwalk::result::TruthEntry;
 use planwalk::types::{Estimate, FloorPlan, PlanPose, Stamp};
@@ -33,7 +33,7 @@ pub fn run(args: &LocateArgs) -> Result<(), Failure> {
     };
     task.result.inputs.push(inputs::entry("plan", &args.plan.plan)?);
     let title = format!("{name} on {}", name_of(&args.plan.plan));
-    match localize(&mut task, &walk, &plan.value, &options, &title, &[]) {
+    match localize(&mut task, &walk, &plan.value, &options, &title, &[], args.animation) {
         Ok(()) => task.end(),
         Err(failure) => {
             // No answer, but what was found on the way is kept, with the reason.
@@ -51,6 +51,7 @@ fn note_options(task: &mut Task, args: &LocateArgs) {
     task.option("start", args.start);
     task.option("start-sigma", args.start.map(|_| args.start_sigma));
     args.poses.note(task);
+    task.option("animation", args.animation.then_some(""));
     task.option("method", Some(planwalk::Method::from(args.method)));
 }
 
@@ -87,7 +88,7 @@ fn from_poses(task: &mut Task, args: &LocateArgs, file: &std::path::Path) -> Res
     Ok(Walk { path, sightings, scale })
 }
 
-/// Localises a walk and writes tables, pictures and report; `truth` is empty where it is not known.
+/// Localises a walk and writes tables, pictures and report; `truth` is empty where it is not known, `animation` asks for one.
 pub fn localize(
     task: &mut Task,
     walk: &Walk,
@@ -95,6 +96,7 @@ pub fn localize(
     options: &LocalizeOptions,
     title: &str,
     truth: &[(Stamp, PlanPose)],
+    animation: bool,
 ) -> Result<(), Failure> {
     let bar = task.voice.bar("localising", Some(1000));
     let began = Instant::now();
@@ -112,6 +114,9 @@ pub fn localize(
     let poses = found.track.iter().map(|e| (e.stamp, tables::upright(&e.pose)));
     task.output.write_by("track.tum", |path| planwalk_io::trajectory::write_tum(path, poses))?;
     draw(task, &run, plan, title, truth)?;
+    if animation && !run.clouds.is_empty() {
+        animate(task, &run, plan, title)?;
+    }
     summary(task, &run);
     Ok(())
 }
@@ -135,12 +140,21 @@ fn refused(why: LocateError) -> Failure {
 
 fn draw(task: &Task, run: &Run, plan: &FloorPlan, title: &str, truth: &[(Stamp, PlanPose)]) -> Result<(), Failure> {
     let found = &run.localization;
-    let picture =
-        TrackPicture { title, plan, track: &found.track, hypotheses: &found.hypotheses, status: found.status, scale: found.scale, truth };
+    let picture = TrackPicture {
+        title,
+        plan,
+        track: &found.track,
+        hypotheses: &found.hypotheses,
+        status: found.status,
+        scale: found.scale,
+        truth,
+        contradicted: &found.contradicted,
+    };
     let svg = picture.svg();
     task.draw("track", &svg)?;
     let walked: Vec<_> = found.track.iter().map(|e| (e.stamp, e.pose)).collect();
-    let particles = (!run.clouds.is_empty()).then(|| ParticlePicture { title, plan, track: &walked, moments: &run.clouds }.svg());
+    let strip = planwalk::filmstrip(&run.clouds);
+    let particles = (!strip.is_empty()).then(|| ParticlePicture { title, plan, track: &walked, moments: &strip }.svg());
     if let Some(particles) = &particles {
         task.draw("particles", particles)?;
     }
@@ -149,6 +163,16 @@ fn draw(task: &Task, run: &Run, plan: &FloorPlan, title: &str, truth: &[(Stamp, 
     pictures.extend(particles.as_deref().map(|svg| ("How it was found: where the walker might have been, as the walk went on", svg)));
     let page = planwalk::report::html(title, &pictures, &task.result, &found.track);
     task.output.write("report.html", page)
+}
+
+/// How the belief shrank, as moving pictures.
+fn animate(task: &Task, run: &Run, plan: &FloorPlan, title: &str) -> Result<(), Failure> {
+    /// As wide as fits beside a text.
+    const WIDTH_PX: f64 = 720.0;
+    let walked: Vec<_> = run.localization.track.iter().map(|e| (e.stamp, e.pose)).collect();
+    let frames = ParticlePicture { title, plan, track: &walked, moments: &run.clouds }.frames(WIDTH_PX);
+    let gif = gif_of(&frames).map_err(|why| Failure::output(why, &task.output.path("posterior.gif")))?;
+    task.output.write("posterior.gif", gif)
 }
 
 fn summary(task: &Task, run: &Run) {
@@ -162,6 +186,12 @@ fn summary(task: &Task, run: &Run) {
     for other in found.hypotheses.iter().skip(1) {
         let (x, y) = (other.pose.x, other.pose.y);
         task.voice.say(&format!("  or, with {}, at ({x:.2}, {y:.2}) m", words::percent(other.probability)));
+    }
+    for apart in &task.result.apart {
+        task.voice.say(&format!("  {}", words::apart(apart)));
+    }
+    if let Some(contradicted) = words::contradicted(&task.result.contradicted) {
+        task.voice.say(&format!("  {contradicted}"));
     }
     if let Some(truth) = &task.result.truth {
         let inside = if truth.truth_in_region95 { "inside" } else { "outside" };

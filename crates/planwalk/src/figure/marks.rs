@@ -1,6 +1,7 @@
 //! How are a pose, a walk and its doubt drawn on a map?
 
 use nalgebra::Matrix3;
+use planwalk_locate::ContradictedKind;
 use planwalk_types::{PlanPose, Pt2, Stamp};
 
 use super::colour;
@@ -85,6 +86,19 @@ pub(super) fn pose_marker(svg: &mut Svg, at: (f64, f64), heading_rad: f64, fill:
     let pen = Pen::new("#ffffff", 1.6);
     svg.polygon(&[reach(20.0, 0.0), reach(6.0, 6.5), reach(6.0, -6.5)], fill, 1.0, pen);
     svg.circle(at, 7.5, fill, pen);
+}
+
+/// A cross where a drawn wall was walked through; a ring, at least as wide as `reach_px`, around what was seen through.
+pub(super) fn contradiction(svg: &mut Svg, at: (f64, f64), kind: ContradictedKind, reach_px: f64) {
+    match kind {
+        ContradictedKind::Crossed => {
+            for pen in [Pen::new("#ffffff", 6.0), Pen::new(colour::RED, 3.0)] {
+                svg.line((at.0 - 6.0, at.1 - 6.0), (at.0 + 6.0, at.1 + 6.0), pen);
+                svg.line((at.0 - 6.0, at.1 + 6.0), (at.0 + 6.0, at.1 - 6.0), pen);
+            }
+        }
+        ContradictedKind::SeenThrough => svg.circle(at, reach_px.clamp(8.0, 400.0), "none", Pen::new(colour::RED, 2.0).dashed("4 3")),
+    }
 }
 
 /// Round moments after `start`: every 10 s; more often on a short walk, and a dozen at most on a long one.

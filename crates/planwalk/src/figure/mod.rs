@@ -7,6 +7,7 @@
 //!
 //! Plans are drawn y up, in metres; the sheet itself is SVG's pixels, y down.
 
+mod animation;
 mod bench;
 mod calibration;
 mod chart;
@@ -23,6 +24,7 @@ pub(crate) mod svg;
 mod track;
 mod trajectory;
 
+pub use animation::gif_of;
 pub use bench::BenchPicture;
 pub use calibration::CalibrationPicture;
 pub use error::ErrorPicture;

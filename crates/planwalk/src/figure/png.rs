@@ -19,6 +19,9 @@ pub enum PictureError {
     /// The pixels could not be packed.
     #[error("the picture could not be written as PNG: {0}")]
     Encoding(String),
+    /// The frames could not be packed.
+    #[error("the animation could not be written as GIF: {0}")]
+    Animation(String),
 }
 
 /// The PNG file of an SVG drawing at its own size.
@@ -26,12 +29,17 @@ pub enum PictureError {
 /// # Errors
 /// [`PictureError`] when the text is no SVG, or its size is zero or beyond memory.
 pub fn png_of(svg: &str) -> Result<Vec<u8>, PictureError> {
+    pixels_of(svg)?.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
+}
+
+/// The pixels of an SVG drawing at its own size.
+pub(super) fn pixels_of(svg: &str) -> Result<tiny_skia::Pixmap, PictureError> {
     let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
     let size = tree.size().to_int_size();
     let (width, height) = (size.width(), size.height());
     let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or(PictureError::Size { width, height })?;
     resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
+    Ok(pixels)
 }
 
 #[cfg(test)]

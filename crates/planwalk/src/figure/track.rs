@@ -1,5 +1,6 @@
 //! Where was the walk, how sure is that, and where else could it be? The picture a person checks.
 
+use planwalk_locate::{ContradictedKind, ContradictedWall};
 use planwalk_types::{Estimate, FloorPlan, Hypothesis, Plan, PlanPose, Pt2, ScaleEstimate, Stamp, Status};
 
 use super::colour;
@@ -25,6 +26,8 @@ pub struct TrackPicture<'a> {
     pub scale: ScaleEstimate,
     /// The true walk where it is known, else empty.
     pub truth: &'a [(Stamp, PlanPose)],
+    /// Drawn walls that the walk contradicts.
+    pub contradicted: &'a [ContradictedWall],
 }
 
 /// Largest map, pixels.
@@ -115,6 +118,9 @@ impl TrackPicture<'_> {
         }
         marks::timed_walk(svg, view, self.track.iter().map(|e| (e.stamp, e.pose)), (first.stamp, last.stamp));
         marks::plain_walk(svg, view, self.truth.iter().copied(), Pen::new(colour::TRUTH, 1.8).dashed("1 5"));
+        for wall in self.contradicted {
+            marks::contradiction(svg, view.px(wall.place), wall.kind, 0.5 * wall.length_m * view.px_per_m);
+        }
         let (start_px, end_px) = (view.px(first.pose.origin()), view.px(last.pose.origin()));
         let mut taken = vec![beside(start_px), beside(end_px)];
         for (seconds, estimate) in moments {
@@ -144,7 +150,11 @@ impl TrackPicture<'_> {
     }
 
     fn legend_height(&self) -> f64 {
-        let rows = 6 + usize::from(!self.truth.is_empty()) + self.others().count() + usize::from(self.hypotheses.len() > 6);
+        let rows = 6
+            + usize::from(!self.truth.is_empty())
+            + 2 * usize::from(!self.contradicted.is_empty())
+            + self.others().count()
+            + usize::from(self.hypotheses.len() > 6);
         90.0 + 30.0 * rows as f64
     }
 
@@ -176,6 +186,13 @@ impl TrackPicture<'_> {
         row(svg, "outside or unknown", &|svg, x, y| svg.rect(x - 14.0, y - 8.0, 28.0, 16.0, colour::OUTSIDE, 1.0));
         if !self.truth.is_empty() {
             row(svg, "true walk", &|svg, x, y| svg.line((x - 14.0, y), (x + 14.0, y), Pen::new(colour::TRUTH, 1.8).dashed("1 5")));
+        }
+        for (kind, text) in
+            [(ContradictedKind::Crossed, "drawn wall, yet walked through"), (ContradictedKind::SeenThrough, "drawn wall, yet seen through")]
+        {
+            if self.contradicted.iter().any(|w| w.kind == kind) {
+                row(svg, text, &|svg, x, y| marks::contradiction(svg, (x, y), kind, 0.0));
+            }
         }
         for (other, colour) in self.others() {
             let text = format!("other place, {}", words::percent(other.probability));
