@@ -7,7 +7,11 @@
 //! ([`planwalk_types::Status`]), not an error. Nothing here touches a file, a clock or entropy; the same seed gives the same
 //! bytes on any number of threads.
 
+mod approx;
 mod attempts;
+#[doc(hidden)]
+pub mod bench_entry;
+mod chance;
 mod filter;
 mod history;
 mod likelihood;

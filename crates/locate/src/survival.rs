@@ -9,6 +9,7 @@
 
 use rayon::prelude::*;
 
+use crate::approx;
 use crate::particles::{CHUNK, Particles};
 use crate::prior::ScalePrior;
 
@@ -50,7 +51,14 @@ impl Survival {
         let bin = self.bin(log_scale);
         self.before[bin] += f64::from(weight);
         // Most particles meet nothing.
-        self.after[bin] += f64::from(if nats == 0.0 { weight } else { weight * libm::expf(nats) });
+        self.after[bin] += f64::from(if nats == 0.0 { weight } else { weight * approx::exp(nats) });
+    }
+
+    /// As [`Survival::add`], of many particles.
+    pub(crate) fn add_block(&mut self, log_scales: &[f32], weights: &[f32], nats: &[f32]) {
+        for ((log_scale, weight), nats) in log_scales.iter().zip(weights).zip(nats) {
+            self.add(*log_scale, *weight, *nats);
+        }
     }
 
     pub(crate) fn with(mut self, other: &Self) -> Self {

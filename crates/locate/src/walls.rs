@@ -1,7 +1,9 @@
 //! What stands between two points of the plan, how far is the nearest wall, and how welcome is the ground?
 //!
-//! FloorPlan ──▶ distance field (exact, in cells) ──▶ ray casts and crossing counts
+//! FloorPlan ──▶ distance field (exact, in cells) and class of every cell ──▶ ray casts and crossing counts
 //!
+//! *Surfaces* are what a ray may end on: walls, windows (glass), doors (shut). *Walls* are what stops who walks: walls and windows.
+//! Distances are to surfaces, so that one field serves walkers and rays; what kind it is, is looked up where a surface is met.
 //! Coordinates here are metres from the grid's bottom-left corner, as f32: 1 km is then still resolved to 0.1 mm,
 //! wherever on earth the plan's own origin lies.
 //! Pitfall: a move that is shorter than a wall is thick may start and end inside it; crossings count *entries*.
@@ -12,6 +14,9 @@ use rayon::prelude::*;
 /// Distances are kept to this many cells: one byte in half cells, so that the field of a floor stays in the cache.
 const FAR_CELLS: u8 = 127;
 
+/// Rays end here: at 5 cm a cell, 50 km.
+const FARTHEST_CELLS: f32 = 1e6;
+
 /// What a metre costs (nats) away from what is surely the building's floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundCosts {
@@ -19,6 +24,9 @@ pub struct GroundCosts {
     pub outside_nats_per_m: f64,
     /// On ground that the plan says it does not know: a robot looked around, and this was never floor.
     pub unknown_nats_per_m: f64,
+    /// Each doorway walked through, in nats. Little: it may be shut now and then, and to walk through many is a longer story
+    /// than to walk through few.
+    pub door_nats: f64,
     /// Within a wall: as an axis along which to walk, a wall is no place.
     pub in_wall_nats_per_m: f64,
     /// Beyond the grid, within [`GroundCosts::margin_m`].
@@ -30,8 +38,72 @@ pub struct GroundCosts {
 impl Default for GroundCosts {
     /// 20 m outside cost a factor of e, 3 m on unknown ground too; a wall's thickness costs a few per cent on top of the crossing.
     fn default() -> Self {
-        Self { outside_nats_per_m: 0.05, unknown_nats_per_m: 0.3, in_wall_nats_per_m: 1.0, beyond_nats_per_m: 0.3, margin_m: 5.0 }
+        Self { outside_nats_per_m: 0.05, unknown_nats_per_m: 0.3, door_nats: 0.02, in_wall_nats_per_m: 1.0, beyond_nats_per_m: 0.3, margin_m: 5.0 }
     }
+}
+
+/// What kind of ground a cell is: its kind and, for floor, how surely it is inside, in hundredths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Class(u8);
+
+impl Class {
+    const WALL: Self = Self(0);
+    const WINDOW: Self = Self(1);
+    const BEYOND: Self = Self(2);
+    const UNKNOWN: Self = Self(3);
+    const FREE: u8 = 4;
+    const DOOR: u8 = Self::FREE + 101;
+
+    fn of(cell: Cell, inside: f32) -> Self {
+        let hundredths = (100.0 * inside).round().clamp(0.0, 100.0) as u8;
+        match cell {
+            Cell::Wall => Self::WALL,
+            Cell::Window => Self::WINDOW,
+            Cell::Unknown => Self::UNKNOWN,
+            Cell::Free => Self(Self::FREE + hundredths),
+            Cell::Door => Self(Self::DOOR + hundredths),
+        }
+    }
+
+    #[inline]
+    fn blocks(self) -> bool {
+        self.0 <= Self::WINDOW.0
+    }
+
+    #[inline]
+    fn is_door(self) -> bool {
+        self.0 >= Self::DOOR
+    }
+
+    /// Nats a metre.
+    fn cost(self, costs: &GroundCosts) -> f32 {
+        let outside = |hundredths: u8| costs.outside_nats_per_m as f32 * (1.0 - 0.01 * f32::from(hundredths));
+        match self {
+            Self::WALL | Self::WINDOW => costs.in_wall_nats_per_m as f32,
+            Self::BEYOND => costs.beyond_nats_per_m as f32,
+            Self::UNKNOWN => costs.unknown_nats_per_m as f32,
+            Self(class) if self.is_door() => outside((class - Self::DOOR).min(100)),
+            Self(class) => outside(class - Self::FREE),
+        }
+    }
+}
+
+/// What a straight way meets.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Met {
+    /// How often it enters walls or windows.
+    pub walls: u32,
+    /// How often it enters doorways.
+    pub doors: u32,
+}
+
+/// What a look along a ray finds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Metres to the first wall; the limit where none is nearer.
+    pub wall_m: f32,
+    /// Doorways and windows that it passes before.
+    pub passed: u32,
 }
 
 /// The plan as the filter's inner loop wants it.
@@ -41,30 +113,35 @@ pub struct Walls {
     per_m: f32,
     width: i32,
     height: i32,
-    /// Half cells between this cell's centre and the nearest wall cell's; 0 in a wall.
+    /// Half cells between this cell's centre and the nearest surface cell's; 0 in a surface. One byte a cell, for rays, which
+    /// look at many cells …
     half_cells: Vec<u8>,
-    /// Nats that a metre costs in each cell.
+    /// … and with the class of the cell in the upper byte, for walkers, who look at one. One more at the end: beyond the grid.
+    ground: Vec<u16>,
+    /// Nats that a metre costs on each class of ground.
     nats_per_m: Vec<f32>,
     costs: GroundCosts,
+    /// Whether there is a door or a window at all.
+    openings: bool,
 }
 
 impl Walls {
     /// The walls of this plan. Takes a few passes over the grid.
     pub fn new(plan: &FloorPlan, costs: GroundCosts) -> Self {
-        let cost = |(cell, inside): (&Cell, &f32)| match cell {
-            Cell::Wall | Cell::Window => costs.in_wall_nats_per_m as f32,
-            Cell::Unknown => costs.unknown_nats_per_m as f32,
-            Cell::Free | Cell::Door => costs.outside_nats_per_m as f32 * (1.0 - inside),
-        };
-        let nats_per_m = plan.cells().iter().zip(plan.inside()).map(cost).collect();
+        let half_cells = distance_field(plan);
+        let classes = plan.cells().iter().zip(plan.inside()).map(|(cell, inside)| Class::of(*cell, *inside));
+        let record = |(half_cells, class): (&u8, Class)| u16::from(*half_cells) | u16::from(class.0) << 8;
+        let ground = half_cells.iter().zip(classes).map(record).chain([u16::from(Class::BEYOND.0) << 8]).collect();
         Self {
             cell_m: plan.cell_m() as f32,
             per_m: (1.0 / plan.cell_m()) as f32,
             width: plan.width() as i32,
             height: plan.height() as i32,
-            half_cells: distance_field(plan),
-            nats_per_m,
+            half_cells,
+            ground,
+            nats_per_m: (0..=u8::MAX).map(|class| Class(class).cost(&costs)).collect(),
             costs,
+            openings: plan.cells().iter().any(|c| matches!(c, Cell::Door | Cell::Window)),
         }
     }
 
@@ -73,121 +150,226 @@ impl Walls {
         self.cell_m
     }
 
+    /// Nats that each doorway costs who walks through it.
+    pub(crate) fn door_nats(&self) -> f32 {
+        self.costs.door_nats as f32
+    }
+
+    /// Which cell holds (x, y); one past the last beyond the grid, and for what is not a number.
+    #[inline(always)]
+    pub(crate) fn cell_or_beyond(&self, x: f32, y: f32) -> u32 {
+        let (column, row) = (x * self.per_m, y * self.per_m);
+        let held = (column >= 0.0) & (row >= 0.0) & (column < self.width as f32) & (row < self.height as f32);
+        let index = (row as i32).wrapping_mul(self.width).wrapping_add(column as i32) as u32;
+        let mask = if held { u32::MAX } else { 0 };
+        (index & mask) | (self.half_cells.len() as u32 & !mask)
+    }
+
     /// Which cell holds (x, y); `None` beyond the grid, and for what is not a number.
     #[inline]
     fn index(&self, x: f32, y: f32) -> Option<usize> {
-        let (column, row) = (x * self.per_m, y * self.per_m);
-        let held = column >= 0.0 && row >= 0.0 && column < self.width as f32 && row < self.height as f32;
-        held.then(|| row as i32 as usize * self.width as usize + column as i32 as usize)
+        let index = self.cell_or_beyond(x, y) as usize;
+        (index < self.half_cells.len()).then_some(index)
     }
 
-    /// Distance from the cell at (x, y) to the nearest wall cell, in half cells, at most 254; `None` beyond the grid.
+    /// Distance from the cell at (x, y) to the nearest surface cell, in half cells, at most 254; `None` beyond the grid.
     #[inline]
     fn half_cells_at(&self, x: f32, y: f32) -> Option<u8> {
         self.index(x, y).map(|index| self.half_cells[index])
     }
 
-    /// Distance from (x, y) to the nearest wall in half cells, as a key for tables; beyond the grid 255.
+    fn class(&self, index: usize) -> Class {
+        Class((self.ground[index] >> 8) as u8)
+    }
+
+    /// Distance from (x, y) to the nearest wall, window or door in half cells, as a key for tables; beyond the grid 255.
     #[inline]
     pub fn wall_distance_key(&self, x: f32, y: f32) -> u8 {
         self.half_cells_at(x, y).unwrap_or(u8::MAX)
     }
 
-    /// Is there a wall at (x, y)?
+    /// As [`Walls::wall_distance_key`], of a cell that [`Walls::cell_or_beyond`] named.
+    #[inline(always)]
+    pub(crate) fn key(&self, cell: u32) -> u8 {
+        self.half_cells.get(cell as usize).copied().unwrap_or(u8::MAX)
+    }
+
+    /// Is there a wall or a window at (x, y)?
     pub fn is_wall(&self, x: f32, y: f32) -> bool {
-        self.half_cells_at(x, y) == Some(0)
+        self.index(x, y).is_some_and(|index| self.class(index).blocks())
     }
 
-    /// Metres from (x, y) in direction (dx, dy), unit, to the first wall; `limit_m` where none is nearer.
+    /// What a walk of `length_m` to this cell costs on its ground, in nats, and whether it surely met no surface on the way.
     ///
-    /// Walks the distance field ("sphere tracing", Hart 1996). A start within a wall leaves it first.
-    #[inline]
-    pub fn cast(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> f32 {
-        // In cells: one multiplication less a step.
-        let (x, y, limit) = (x * self.per_m, y * self.per_m, limit_m * self.per_m);
-        let (width, height) = (self.width as f32, self.height as f32);
-        let mut along = 0.0f32;
-        let mut left_the_wall = false;
-        while along < limit {
-            let (column, row) = (x + dx * along, y + dy * along);
-            // Also false where a coordinate is not a number.
-            let held = column >= 0.0 && row >= 0.0 && column < width && row < height;
-            if !held {
-                left_the_wall = true;
-                along += 1.0;
-                continue;
-            }
-            let half_cells = self.half_cells[row as i32 as usize * self.width as usize + column as i32 as usize];
-            if half_cells == 0 {
-                if left_the_wall {
-                    return along * self.cell_m;
-                }
-                along += 0.7;
-            } else {
-                left_the_wall = true;
-                // From anywhere in this cell the nearest wall's face is at least d − 1 cells off, and a wall is at least one
-                // cell thick: d − 0.7 lands at most 0.3 cells into it, never behind it.
-                along += (0.5 * f32::from(half_cells) - 0.7).max(0.7);
-            }
-        }
-        limit_m
+    /// Where it may have, and beyond the grid, `false`: the whole way is to be looked at, and [`Walls::ground_cost`] be asked.
+    #[inline(always)]
+    pub(crate) fn arrival(&self, cell: u32, length_m: f32) -> (f32, bool) {
+        let record = self.ground.get(cell as usize).copied().unwrap_or(u16::from(Class::BEYOND.0) << 8);
+        let cost = self.nats_per_m[usize::from(record >> 8)] * length_m;
+        (cost, clear_cells(record as u8) > length_m * self.per_m)
     }
 
-    /// How often the straight way from one point to another enters a wall: every cell that it touches is looked at
-    /// (Amanatides & Woo 1987).
-    pub fn crossings(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> u32 {
-        let length = ((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)).sqrt();
-        if let Some(half_cells) = self.half_cells_at(x0, y0)
-            && 0.5 * f32::from(half_cells) > length * self.per_m + 1.5
-        {
-            return 0;
+    /// Metres from (x, y) in direction (dx, dy), unit, to the first wall; `limit_m` where none is nearer. Doors are open to it,
+    /// and windows clear.
+    pub fn cast(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> f32 {
+        self.look(x, y, dx, dy, limit_m).wall_m
+    }
+
+    /// Looks from (x, y) in direction (dx, dy), unit, through doorways and windows to the first wall, `limit_m` far.
+    ///
+    /// Walks the distance field ("sphere tracing", Hart 1996). A start within a surface leaves it first.
+    pub fn look(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> Look {
+        let mut ray = self.ray(x, y, dx, dy, limit_m);
+        while self.advance(&mut ray) {}
+        let passed = self.see_through(&mut ray, f32::INFINITY);
+        Look { wall_m: if ray.has_met() { ray.along * self.cell_m } else { limit_m }, passed }
+    }
+
+    /// A ray that stands at its start; to be moved by [`Walls::advance`].
+    #[inline(always)]
+    pub(crate) fn ray(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> CastRay {
+        // In cells: one multiplication less a step. Beyond the farthest, f32 no longer resolves a step.
+        let limit = limit_m * self.per_m;
+        let limit = if limit < FARTHEST_CELLS { limit } else { FARTHEST_CELLS };
+        CastRay { x: x * self.per_m, y: y * self.per_m, dx, dy, along: 0.0, limit, left: false }
+    }
+
+    /// One step along the ray; `false` when it has met a surface or reached its end.
+    #[inline(always)]
+    pub(crate) fn advance(&self, ray: &mut CastRay) -> bool {
+        let (column, row) = (ray.x + ray.dx * ray.along, ray.y + ray.dy * ray.along);
+        // Also false where a coordinate is not a number.
+        let held = (column >= 0.0) & (row >= 0.0) & (column < self.width as f32) & (row < self.height as f32);
+        if !held {
+            return self.advance_off_grid(ray, column, row);
         }
+        let half_cells = self.half_cells[row as i32 as usize * self.width as usize + column as i32 as usize];
+        // From anywhere in this cell the nearest surface's face is at least d − 1 cells off, and a surface is at least one cell
+        // thick: d − 0.7 lands at most 0.3 cells into it, never behind it.
+        let step = 0.5 * f32::from(half_cells) - 0.7;
+        let step = if step > 0.7 { step } else { 0.7 };
+        let met = (half_cells == 0) & ray.left;
+        ray.left |= half_cells > 0;
+        ray.along += if met { 0.0 } else { step };
+        !met & (ray.along < ray.limit)
+    }
+
+    #[cold]
+    fn advance_off_grid(&self, ray: &mut CastRay, column: f32, row: f32) -> bool {
+        let (off_x, off_y) = ((-column).max(column - self.width as f32), (-row).max(row - self.height as f32));
+        let back_x = off_x < 0.0 || (column < 0.0 && ray.dx > 0.0) || (column > 0.0 && ray.dx < 0.0);
+        let back_y = off_y < 0.0 || (row < 0.0 && ray.dy > 0.0) || (row > 0.0 && ray.dy < 0.0);
+        ray.left = true;
+        // The grid is convex: who moves away from it does not come back, and nothing is nearer than its edge.
+        ray.along = if back_x && back_y { ray.along + off_x.max(off_y).max(1.0) } else { ray.limit };
+        ray.along < ray.limit
+    }
+
+    /// Lets a ray that has met a doorway or a window look on to what is behind, up to the first wall, and says through how many
+    /// it saw. An opening that is met at `sure` cells or later may be what the ray ends on: it then counts as nothing met.
+    #[inline]
+    pub(crate) fn see_through(&self, ray: &mut CastRay, sure: f32) -> u32 {
+        if self.openings && ray.has_met() { self.through_openings(ray, sure) } else { 0 }
+    }
+
+    fn through_openings(&self, ray: &mut CastRay, sure: f32) -> u32 {
+        let cell = |ray: &CastRay| (ray.x + ray.dx * ray.along, ray.y + ray.dy * ray.along);
+        let class = |(column, row): (f32, f32)| self.surface(floor(column), floor(row));
+        let mut passed = 0;
+        while ray.has_met() && class(cell(ray)).is_some_and(|c| c != Class::WALL) {
+            if ray.along >= sure {
+                ray.along = ray.limit;
+                break;
+            }
+            passed += 1;
+            // Through the glass or the doorway; a wall that it is set in may end the ray there.
+            while ray.has_met() && class(cell(ray)).is_some_and(|c| c != Class::WALL) {
+                ray.along += 0.7;
+            }
+            ray.left = true;
+            if ray.has_met() {
+                while self.advance(ray) {}
+            }
+        }
+        passed
+    }
+
+    /// How often the straight way from one point to another enters a wall or a window.
+    pub fn crossings(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> u32 {
+        self.met(x0, y0, x1, y1).walls
+    }
+
+    /// What the straight way from one point to another enters: every cell that it touches is looked at (Amanatides & Woo 1987),
+    /// but those that are surely away from any surface, seen from either end.
+    pub fn met(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> Met {
+        let length = ((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)).sqrt();
         // A way of a kilometre in one step is no walk; the bound keeps broken input from spinning here.
         if !(length.is_finite() && length < 1000.0) {
-            return 0;
+            return Met::default();
         }
-        let mut entries = 0;
-        let mut in_wall = true; // a start within a wall is not an entry
-        self.visit(x0, y0, x1, y1, |wall| {
-            entries += u32::from(wall && !in_wall);
-            in_wall = wall;
-        });
-        entries
+        let clear = |x: f32, y: f32| self.half_cells_at(x, y).map_or(0.0, clear_cells).max(0.0);
+        let (cells, from) = (length * self.per_m, clear(x0, y0));
+        if from >= cells {
+            return Met::default();
+        }
+        let to = clear(x1, y1);
+        if from + to >= cells {
+            return Met::default();
+        }
+        let at = |along: f32| (x0 + (x1 - x0) * along, y0 + (y1 - y0) * along);
+        let (start, end) = (at(from / cells), if to > 0.0 { at(1.0 - to / cells) } else { (x1, y1) });
+        self.met_cell_by_cell(start.0, start.1, end.0, end.1)
     }
 
-    fn visit(&self, x0: f32, y0: f32, x1: f32, y1: f32, mut see: impl FnMut(bool)) {
+    fn met_cell_by_cell(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> Met {
+        let mut met = Met::default();
+        // A start within a wall or a door is not an entry.
+        let (mut in_wall, mut in_door) = (true, true);
+        self.visit(x0, y0, x1, y1, |class| {
+            let (wall, door) = class.map_or((false, false), |c| (c.blocks(), c.is_door()));
+            met.walls += u32::from(wall && !in_wall);
+            met.doors += u32::from(door && !in_door);
+            (in_wall, in_door) = (wall, door);
+        });
+        met
+    }
+
+    /// Shows `see` the class of every surface cell on the way, and `None` for every other cell.
+    #[inline(always)]
+    fn visit(&self, x0: f32, y0: f32, x1: f32, y1: f32, mut see: impl FnMut(Option<Class>)) {
         let (fx, fy) = (x0 * self.per_m, y0 * self.per_m);
         let (dx, dy) = ((x1 - x0) * self.per_m, (y1 - y0) * self.per_m);
-        let (mut column, mut row) = (fx.floor() as i32, fy.floor() as i32);
-        let (last_column, last_row) = ((x1 * self.per_m).floor() as i32, (y1 * self.per_m).floor() as i32);
+        let (mut column, mut row) = (floor(fx), floor(fy));
+        let (last_column, last_row) = (floor(x1 * self.per_m), floor(y1 * self.per_m));
         let (step_x, step_y) = (if dx > 0.0 { 1 } else { -1 }, if dy > 0.0 { 1 } else { -1 });
-        let first = |f: f32, d: f32| if d > 0.0 { (f.floor() + 1.0 - f) / d } else { (f.floor() - f) / d };
+        let first = |f: f32, d: f32| if d > 0.0 { (floor(f) as f32 + 1.0 - f) / d } else { (floor(f) as f32 - f) / d };
         let (mut next_x, mut next_y) =
             (if dx == 0.0 { f32::INFINITY } else { first(fx, dx) }, if dy == 0.0 { f32::INFINITY } else { first(fy, dy) });
         let (every_x, every_y) = ((1.0 / dx).abs(), (1.0 / dy).abs());
-        see(self.cell_is_wall(column, row));
+        see(self.surface(column, row));
         for _ in 0..column.abs_diff(last_column) + row.abs_diff(last_row) {
-            if next_x < next_y {
-                column += step_x;
-                next_x += every_x;
-            } else {
-                row += step_y;
-                next_y += every_y;
-            }
-            see(self.cell_is_wall(column, row));
+            let sideways = next_x < next_y;
+            column += if sideways { step_x } else { 0 };
+            row += if sideways { 0 } else { step_y };
+            next_x += if sideways { every_x } else { 0.0 };
+            next_y += if sideways { 0.0 } else { every_y };
+            see(self.surface(column, row));
         }
     }
 
-    fn cell_is_wall(&self, column: i32, row: i32) -> bool {
-        let held = column >= 0 && row >= 0 && column < self.width && row < self.height;
-        held && self.half_cells[row as usize * self.width as usize + column as usize] == 0
+    #[inline(always)]
+    fn surface(&self, column: i32, row: i32) -> Option<Class> {
+        // Negative ones are huge as unsigned.
+        let held = (column as u32) < self.width as u32 && (row as u32) < self.height as u32;
+        let index = row as usize * self.width as usize + column as usize;
+        (held && self.half_cells[index] == 0).then(|| self.class(index))
     }
 
     /// What `length_m` of walking costs where it ends, in nats.
     #[inline]
     pub fn ground_cost(&self, x: f32, y: f32, length_m: f32) -> f32 {
         let per_m = if let Some(index) = self.index(x, y) {
-            self.nats_per_m[index]
+            self.nats_per_m[usize::from(self.ground[index] >> 8)]
         } else {
             let (size_x, size_y) = (self.width as f32 * self.cell_m, self.height as f32 * self.cell_m);
             let off = (-x).max(x - size_x).max(-y).max(y - size_y);
@@ -198,7 +380,42 @@ impl Walls {
     }
 }
 
-/// Exact Euclidean distance of every cell to the nearest wall cell, in half cells, capped (Felzenszwalb & Huttenlocher 2012:
+/// A ray on its way, in cells.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct CastRay {
+    x: f32,
+    y: f32,
+    dx: f32,
+    dy: f32,
+    pub along: f32,
+    pub limit: f32,
+    /// Whether it has been anywhere but in the surface that it started in.
+    pub left: bool,
+}
+
+impl CastRay {
+    /// Whether there is a surface where it stopped.
+    #[inline(always)]
+    pub(crate) fn has_met(&self) -> bool {
+        self.along < self.limit
+    }
+}
+
+/// How many cells around any point of a cell with this distance are no surface: a point is at most 0.71 cells off its cell's
+/// centre, here and there, and the distance is rounded by a quarter.
+#[inline(always)]
+fn clear_cells(half_cells: u8) -> f32 {
+    0.5 * f32::from(half_cells) - 1.67
+}
+
+/// The integer at or below; without a call into a library, which `f32::floor` is on older processors.
+#[inline(always)]
+fn floor(value: f32) -> i32 {
+    let whole = value as i32;
+    whole.saturating_sub(i32::from(whole as f32 > value))
+}
+
+/// Exact Euclidean distance of every cell to the nearest surface cell, in half cells, capped (Felzenszwalb & Huttenlocher 2012:
 /// columns first, then the lower envelope of parabolas along each row).
 fn distance_field(plan: &FloorPlan) -> Vec<u8> {
     let (width, height) = (plan.width(), plan.height());
@@ -206,8 +423,9 @@ fn distance_field(plan: &FloorPlan) -> Vec<u8> {
     for row in 0..height {
         for column in 0..width {
             let below = if row > 0 { down[(row - 1) * width + column].saturating_add(1) } else { FAR_CELLS };
-            let wall = plan.cells()[row * width + column].blocks();
-            down[row * width + column] = if wall { 0 } else { below.min(FAR_CELLS) };
+            let cell = plan.cells()[row * width + column];
+            let surface = cell.blocks() || cell == Cell::Door;
+            down[row * width + column] = if surface { 0 } else { below.min(FAR_CELLS) };
         }
     }
     for row in (0..height.saturating_sub(1)).rev() {
