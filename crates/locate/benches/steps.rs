@@ -5,7 +5,8 @@ use planwalk_locate::bench_entry::{Cloud, office};
 
 fn steps(criterion: &mut Criterion) {
     let plan = office();
-    for (name, rays, counts) in [("walls", 0, &[2_000, 20_000, 200_000, 2_000_000][..]), ("walls and 16 sightings", 16, &[2_000, 200_000])] {
+    for (name, rays, counts) in [("walls", 0, &[2_000, 20_000, 200_000, 2_000_000][..]), ("walls and 16 sightings", 16, &[2_000, 200_000])]
+    {
         for threads in [1, 2] {
             let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { continue };
             let mut group = criterion.benchmark_group(format!("{name}, {threads} threads"));

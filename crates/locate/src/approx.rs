@@ -54,6 +54,14 @@ pub(crate) fn wrap(angle_rad: f32) -> f32 {
     (angle_rad - whole * TURN[0]) - whole * TURN[1]
 }
 
+/// The integer at or below, for |v| < 2²²; anything for larger ones. A cast, which must saturate, would not become SIMD.
+#[inline(always)]
+pub(crate) fn floor(value: f32) -> i32 {
+    let nearest = value + ROUND;
+    let above = i32::from(nearest - ROUND > value);
+    (nearest.to_bits().wrapping_sub(ROUND.to_bits()) as i32).wrapping_sub(above)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +95,13 @@ mod tests {
         assert_eq!(exp(0.0), 1.0);
         assert_eq!([exp(f32::NEG_INFINITY), exp(-1e9), exp(f32::NAN)], [0.0; 3]);
         assert!(exp(f32::INFINITY).is_finite() && exp(1e9) > 1e38);
+    }
+
+    #[test]
+    fn integers_below_are_those_of_the_library() {
+        for value in span(-3000.0, 4e6).chain(span(-5.0, 5.0)).chain((-9..9).map(|i| i as f32)) {
+            assert_eq!(floor(value), libm::floorf(value) as i32, "{value}");
+        }
     }
 
     #[test]

@@ -291,6 +291,7 @@ impl View<'_> {
     }
 
     /// Adds `temper` times the nats of all rays together to `sums`, for at most [`BLOCK`] poses at once.
+    #[inline(always)]
     pub(crate) fn add_nats(&self, xs: &[f32], ys: &[f32], headings: &[f32], log_scales: &[f32], temper: f32, sums: &mut [f32]) {
         let count = sums.len().min(BLOCK);
         let (xs, ys, headings, log_scales) = (&xs[..count], &ys[..count], &headings[..count], &log_scales[..count]);
@@ -300,8 +301,7 @@ impl View<'_> {
             scale[i] = approx::exp(log_scales[i]);
             nats[i] = self.rays.len() as f32 * log_scales[i];
         }
-        let mut casts =
-            Casts { rays: [CastRay::default(); BLOCK], row: [0; BLOCK], end_cell: [0; BLOCK], moving: [0; BLOCK] };
+        let mut casts = Casts { rays: [CastRay::default(); BLOCK], row: [0; BLOCK], end_cell: [0; BLOCK], moving: [0; BLOCK] };
         for ray in &self.rays {
             for i in 0..count {
                 let aim = self.aim(ray, xs[i], ys[i], (sin[i], cos[i]), scale[i]);
@@ -317,6 +317,7 @@ impl View<'_> {
     }
 
     /// Moves all casts to their ends, a step each in turn: the looks into memory of one overlap with those of the others.
+    #[inline(always)]
     fn run(&self, casts: &mut Casts, count: usize) {
         (0..count).for_each(|i| casts.moving[i] = i as u8);
         let mut left = count;

@@ -11,6 +11,8 @@
 use planwalk_types::{Cell, FloorPlan};
 use rayon::prelude::*;
 
+use crate::approx;
+
 /// Distances are kept to this many cells: one byte in half cells, so that the field of a floor stays in the cache.
 const FAR_CELLS: u8 = 127;
 
@@ -38,7 +40,14 @@ pub struct GroundCosts {
 impl Default for GroundCosts {
     /// 20 m outside cost a factor of e, 3 m on unknown ground too; a wall's thickness costs a few per cent on top of the crossing.
     fn default() -> Self {
-        Self { outside_nats_per_m: 0.05, unknown_nats_per_m: 0.3, door_nats: 0.02, in_wall_nats_per_m: 1.0, beyond_nats_per_m: 0.3, margin_m: 5.0 }
+        Self {
+            outside_nats_per_m: 0.05,
+            unknown_nats_per_m: 0.3,
+            door_nats: 0.02,
+            in_wall_nats_per_m: 1.0,
+            beyond_nats_per_m: 0.3,
+            margin_m: 5.0,
+        }
     }
 }
 
@@ -116,7 +125,8 @@ pub struct Walls {
     /// Half cells between this cell's centre and the nearest surface cell's; 0 in a surface. One byte a cell, for rays, which
     /// look at many cells …
     half_cells: Vec<u8>,
-    /// … and with the class of the cell in the upper byte, for walkers, who look at one. One more at the end: beyond the grid.
+    /// … and for walkers, who look at one or two: half cells around the cell in which surely no surface is, and in the upper byte
+    /// the class of the cell. One more at the end: beyond the grid.
     ground: Vec<u16>,
     /// Nats that a metre costs on each class of ground.
     nats_per_m: Vec<f32>,
@@ -128,10 +138,15 @@ pub struct Walls {
 impl Walls {
     /// The walls of this plan. Takes a few passes over the grid.
     pub fn new(plan: &FloorPlan, costs: GroundCosts) -> Self {
-        let half_cells = distance_field(plan);
+        let surface = |cell: &Cell| cell.blocks() || *cell == Cell::Door;
+        let mut surfaces: Vec<bool> = plan.cells().iter().map(surface).collect();
+        let half_cells = distance_field(&surfaces, plan.width(), f64::round);
+        // Two cells are as far apart as one's centre is from the nearest of the nine around the other.
+        widen(&mut surfaces, plan.width());
+        let clear = distance_field(&surfaces, plan.width(), f64::floor);
         let classes = plan.cells().iter().zip(plan.inside()).map(|(cell, inside)| Class::of(*cell, *inside));
-        let record = |(half_cells, class): (&u8, Class)| u16::from(*half_cells) | u16::from(class.0) << 8;
-        let ground = half_cells.iter().zip(classes).map(record).chain([u16::from(Class::BEYOND.0) << 8]).collect();
+        let record = |(clear, class): (&u8, Class)| u16::from(*clear) | u16::from(class.0) << 8;
+        let ground = clear.iter().zip(classes).map(record).chain([u16::from(Class::BEYOND.0) << 8]).collect();
         Self {
             cell_m: plan.cell_m() as f32,
             per_m: (1.0 / plan.cell_m()) as f32,
@@ -159,10 +174,12 @@ impl Walls {
     #[inline(always)]
     pub(crate) fn cell_or_beyond(&self, x: f32, y: f32) -> u32 {
         let (column, row) = (x * self.per_m, y * self.per_m);
-        let held = (column >= 0.0) & (row >= 0.0) & (column < self.width as f32) & (row < self.height as f32);
-        let index = (row as i32).wrapping_mul(self.width).wrapping_add(column as i32) as u32;
-        let mask = if held { u32::MAX } else { 0 };
-        (index & mask) | (self.half_cells.len() as u32 & !mask)
+        // All bits or none: written as a choice, it becomes branches, which no loop can take eight at a time.
+        let all = |yes: bool| u32::from(yes).wrapping_neg();
+        let held = all(column >= 0.0) & all(row >= 0.0) & all(column < self.width as f32) & all(row < self.height as f32);
+        // Right up to 4 million columns, which are 200 km.
+        let index = approx::floor(row).wrapping_mul(self.width).wrapping_add(approx::floor(column)) as u32;
+        (index & held) | (self.half_cells.len() as u32 & !held)
     }
 
     /// Which cell holds (x, y); `None` beyond the grid, and for what is not a number.
@@ -194,6 +211,12 @@ impl Walls {
         self.half_cells.get(cell as usize).copied().unwrap_or(u8::MAX)
     }
 
+    /// Whether a cell that [`Walls::cell_or_beyond`] named is on the grid.
+    #[inline(always)]
+    pub(crate) fn is_held(&self, cell: u32) -> bool {
+        (cell as usize) < self.half_cells.len()
+    }
+
     /// Is there a wall or a window at (x, y)?
     pub fn is_wall(&self, x: f32, y: f32) -> bool {
         self.index(x, y).is_some_and(|index| self.class(index).blocks())
@@ -206,7 +229,7 @@ impl Walls {
     pub(crate) fn arrival(&self, cell: u32, length_m: f32) -> (f32, bool) {
         let record = self.ground.get(cell as usize).copied().unwrap_or(u16::from(Class::BEYOND.0) << 8);
         let cost = self.nats_per_m[usize::from(record >> 8)] * length_m;
-        (cost, clear_cells(record as u8) > length_m * self.per_m)
+        (cost, clear_cells(record) > length_m * self.per_m)
     }
 
     /// Metres from (x, y) in direction (dx, dy), unit, to the first wall; `limit_m` where none is nearer. Doors are open to it,
@@ -300,30 +323,83 @@ impl Walls {
     }
 
     /// What the straight way from one point to another enters: every cell that it touches is looked at (Amanatides & Woo 1987),
-    /// but those that are surely away from any surface, seen from either end.
+    /// but those that are surely away from any surface, seen from either end and from between.
     pub fn met(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> Met {
         let length = ((x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)).sqrt();
         // A way of a kilometre in one step is no walk; the bound keeps broken input from spinning here.
         if !(length.is_finite() && length < 1000.0) {
             return Met::default();
         }
-        let clear = |x: f32, y: f32| self.half_cells_at(x, y).map_or(0.0, clear_cells).max(0.0);
-        let (cells, from) = (length * self.per_m, clear(x0, y0));
-        if from >= cells {
-            return Met::default();
-        }
-        let to = clear(x1, y1);
-        if from + to >= cells {
-            return Met::default();
-        }
-        let at = |along: f32| (x0 + (x1 - x0) * along, y0 + (y1 - y0) * along);
-        let (start, end) = (at(from / cells), if to > 0.0 { at(1.0 - to / cells) } else { (x1, y1) });
-        self.met_cell_by_cell(start.0, start.1, end.0, end.1)
+        self.met_on((x0, y0), (x1, y1), [self.cell_or_beyond(x0, y0), self.cell_or_beyond(x1, y1)], length)
     }
 
-    fn met_cell_by_cell(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> Met {
+    /// As [`Walls::met`], of a way between these cells of this length, metres, under a kilometre.
+    #[inline(always)]
+    pub(crate) fn met_on(&self, (x0, y0): (f32, f32), (x1, y1): (f32, f32), cells: [u32; 2], length_m: f32) -> Met {
+        let clear = |cell: u32| clear_cells(self.ground.get(cell as usize).copied().unwrap_or(0));
+        let length = length_m * self.per_m;
+        let (from, to) = (clear(cells[0]), clear(cells[1]));
+        let gap = length - from - to;
+        if gap <= 0.0 {
+            return Met::default();
+        }
+        let per_cell = 1.0 / length;
+        let (start, end) = (from * per_cell, 1.0 - to * per_cell);
+        let (dx, dy) = (x1 - x0, y1 - y0);
+        let middle = 0.5 * (start + end);
+        if clear(self.cell_or_beyond(x0 + dx * middle, y0 + dy * middle)) >= 0.5 * gap {
+            return Met::default();
+        }
+        self.met_between(x0 + dx * start, y0 + dy * start, x0 + dx * end, y0 + dy * end)
+    }
+
+    /// What the cells of a way hold, one after the other: an index that moves through the grid.
+    fn met_between(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> Met {
+        let (Some(mut index), Some(_)) = (self.index(x0, y0), self.index(x1, y1)) else {
+            return self.met_cell_by_cell(x0, y0, x1, y1);
+        };
+        let (fx, fy) = (x0 * self.per_m, y0 * self.per_m);
+        let (dx, dy) = ((x1 - x0) * self.per_m, (y1 - y0) * self.per_m);
+        let (every_x, every_y) = ((1.0 / dx).abs(), (1.0 / dy).abs());
+        let (column, row) = (approx::floor(fx), approx::floor(fy));
+        let first = |f: f32, whole: i32, d: f32, every: f32| {
+            let part = f - whole as f32;
+            if d == 0.0 { f32::INFINITY } else { every * if d > 0.0 { 1.0 - part } else { part } }
+        };
+        // Whether the next border is one between rows (positive) or between columns.
+        let mut lead = first(fx, column, dx, every_x) - first(fy, row, dy, every_y);
+        let (last_column, last_row) = (approx::floor(x1 * self.per_m), approx::floor(y1 * self.per_m));
+        let step_x = if dx > 0.0 { 1 } else { usize::MAX };
+        let step_y = if dy > 0.0 { self.width as usize } else { (self.width as usize).wrapping_neg() };
         let mut met = Met::default();
         // A start within a wall or a door is not an entry.
+        let mut before = if self.half_cells[index] == 0 { Some(self.class(index)) } else { None };
+        for _ in 0..column.abs_diff(last_column) + row.abs_diff(last_row) {
+            let sideways = lead < 0.0;
+            index = index.wrapping_add(if sideways { step_x } else { step_y });
+            lead += if sideways { every_x } else { -every_y };
+            // Round-off at the grid's very edge may leave it for a cell.
+            if self.half_cells.get(index).is_none_or(|half_cells| *half_cells > 0) {
+                before = None;
+                continue;
+            }
+            let class = self.class(index);
+            met.walls += u32::from(class.blocks() && !before.is_some_and(Class::blocks));
+            met.doors += u32::from(class.is_door() && !before.is_some_and(Class::is_door));
+            before = Some(class);
+        }
+        met
+    }
+
+    /// As [`Walls::crossings`], without any short cut.
+    #[cfg(test)]
+    pub(crate) fn crossings_cell_by_cell(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> u32 {
+        self.met_cell_by_cell(x0, y0, x1, y1).walls
+    }
+
+    /// As [`Walls::met`], without any short cut.
+    fn met_cell_by_cell(&self, x0: f32, y0: f32, x1: f32, y1: f32) -> Met {
+        let mut met = Met::default();
         let (mut in_wall, mut in_door) = (true, true);
         self.visit(x0, y0, x1, y1, |class| {
             let (wall, door) = class.map_or((false, false), |c| (c.blocks(), c.is_door()));
@@ -401,11 +477,10 @@ impl CastRay {
     }
 }
 
-/// How many cells around any point of a cell with this distance are no surface: a point is at most 0.71 cells off its cell's
-/// centre, here and there, and the distance is rounded by a quarter.
+/// How many cells around any point of a cell are no surface.
 #[inline(always)]
-fn clear_cells(half_cells: u8) -> f32 {
-    0.5 * f32::from(half_cells) - 1.67
+fn clear_cells(ground: u16) -> f32 {
+    0.5 * f32::from(ground as u8)
 }
 
 /// The integer at or below; without a call into a library, which `f32::floor` is on older processors.
@@ -417,15 +492,13 @@ fn floor(value: f32) -> i32 {
 
 /// Exact Euclidean distance of every cell to the nearest surface cell, in half cells, capped (Felzenszwalb & Huttenlocher 2012:
 /// columns first, then the lower envelope of parabolas along each row).
-fn distance_field(plan: &FloorPlan) -> Vec<u8> {
-    let (width, height) = (plan.width(), plan.height());
-    let mut down = vec![FAR_CELLS; width * height];
+fn distance_field(surfaces: &[bool], width: usize, rounded: fn(f64) -> f64) -> Vec<u8> {
+    let height = surfaces.len() / width.max(1);
+    let mut down = vec![FAR_CELLS; surfaces.len()];
     for row in 0..height {
         for column in 0..width {
             let below = if row > 0 { down[(row - 1) * width + column].saturating_add(1) } else { FAR_CELLS };
-            let cell = plan.cells()[row * width + column];
-            let surface = cell.blocks() || cell == Cell::Door;
-            down[row * width + column] = if surface { 0 } else { below.min(FAR_CELLS) };
+            down[row * width + column] = if surfaces[row * width + column] { 0 } else { below.min(FAR_CELLS) };
         }
     }
     for row in (0..height.saturating_sub(1)).rev() {
@@ -435,12 +508,32 @@ fn distance_field(plan: &FloorPlan) -> Vec<u8> {
             *here = above.min(*here);
         }
     }
-    down.par_chunks_mut(width).for_each(envelope);
+    down.par_chunks_mut(width.max(1)).for_each(|row| envelope(row, rounded));
     down
 }
 
+/// Lets surfaces grow by a cell to all eight sides.
+fn widen(surfaces: &mut [bool], width: usize) {
+    let height = surfaces.len() / width.max(1);
+    for row in surfaces.chunks_mut(width.max(1)) {
+        let mut before = false;
+        for column in 0..width {
+            let here = row[column];
+            row[column] |= before || row.get(column + 1).copied().unwrap_or(false);
+            before = here;
+        }
+    }
+    let narrow = surfaces.to_vec();
+    for row in 0..height {
+        for column in 0..width {
+            let below = row > 0 && narrow[(row - 1) * width + column];
+            surfaces[row * width + column] |= below || narrow.get((row + 1) * width + column).copied().unwrap_or(false);
+        }
+    }
+}
+
 /// From distances within columns (cells) to distances in the plane (half cells), for one row.
-fn envelope(row: &mut [u8]) {
+fn envelope(row: &mut [u8], rounded: fn(f64) -> f64) {
     let square = |d: u8| if d >= FAR_CELLS { 1e9 } else { f64::from(d) * f64::from(d) };
     let columns: Vec<f64> = row.iter().map(|d| square(*d)).collect();
     // Parabolas of the lower envelope, each with where it begins to be the lowest.
@@ -467,7 +560,7 @@ fn envelope(row: &mut [u8]) {
         }
         let (j, _) = lowest[k];
         let cells = (columns[j] + (i as f64 - j as f64).powi(2)).sqrt();
-        *out = (2.0 * cells).round().min(2.0 * f64::from(FAR_CELLS)) as u8;
+        *out = rounded(2.0 * cells).min(2.0 * f64::from(FAR_CELLS)) as u8;
     }
 }
 
