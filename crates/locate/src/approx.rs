@@ -5,7 +5,7 @@
 //! Coefficients: minimax on the reduced range (Remez exchange), rounded to f32.
 
 /// Adding it and taking it away rounds to the nearest integer (ties to even); holds for |v| < 2²². Its low bits are that integer.
-const ROUND: f32 = 12_582_912.0;
+pub(crate) const ROUND: f32 = 12_582_912.0;
 
 /// π/2 in three parts, of which the first two have so few bits that their small multiples are exact (Cody & Waite 1980).
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];

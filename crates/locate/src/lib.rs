@@ -11,6 +11,7 @@ mod approx;
 mod attempts;
 #[doc(hidden)]
 pub mod bench_entry;
+mod cast;
 mod chance;
 mod filter;
 mod history;
@@ -28,6 +29,7 @@ mod survival;
 mod verdict;
 mod walls;
 
+pub use cast::Look;
 pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
 pub use motion::NoiseFloor;
@@ -36,7 +38,7 @@ pub use prior::{ScalePrior, StartPrior};
 pub use report::{ReportOptions, localize_by_report};
 pub use run::{Localization, Quality, localize, localize_observed};
 pub use verdict::VerdictOptions;
-pub use walls::{GroundCosts, Walls};
+pub use walls::{GroundCosts, Met, Walls};
 
 /// Why there is no answer at all.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -10,9 +10,10 @@ use planwalk_types::Seed;
 use rayon::prelude::*;
 
 use crate::approx;
+use crate::cast::BLOCK;
 use crate::chance::Chance;
 use crate::filter::LocateOptions;
-use crate::likelihood::{BLOCK, View};
+use crate::likelihood::View;
 use crate::motion::{Motion, MoveSampler};
 use crate::particles::{CHUNK, Particles};
 use crate::survival::Survival;

@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 
 use crate::approx;
-use crate::likelihood::BLOCK;
+use crate::cast::BLOCK;
 use crate::particles::{CHUNK, Particles};
 use crate::prior::ScalePrior;
 

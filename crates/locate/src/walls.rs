@@ -16,9 +16,6 @@ use crate::approx;
 /// Distances are kept to this many cells: one byte in half cells, so that the field of a floor stays in the cache.
 const FAR_CELLS: u8 = 127;
 
-/// Rays end here: at 5 cm a cell, 50 km.
-const FARTHEST_CELLS: f32 = 1e6;
-
 /// What a metre costs (nats) away from what is surely the building's floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundCosts {
@@ -51,12 +48,24 @@ impl Default for GroundCosts {
     }
 }
 
+/// From anywhere in a cell at distance d (half cells, by index) the nearest surface's face is at least d − 1 cells off, and a
+/// surface is at least one cell thick: d − 0.7 lands at most 0.3 cells into it, never behind it.
+fn strides() -> [f32; 256] {
+    let mut strides = [0.0; 256];
+    for (half_cells, stride) in (0u8..).zip(&mut strides).skip(1) {
+        *stride = (0.5 * f32::from(half_cells) - 0.7).max(0.7);
+    }
+    // Rays are cut at the grid's edge; round-off may leave one just beyond.
+    strides[255] = 1.0;
+    strides
+}
+
 /// What kind of ground a cell is: its kind and, for floor, how surely it is inside, in hundredths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Class(u8);
+pub(crate) struct Class(u8);
 
 impl Class {
-    const WALL: Self = Self(0);
+    pub(crate) const WALL: Self = Self(0);
     const WINDOW: Self = Self(1);
     const BEYOND: Self = Self(2);
     const UNKNOWN: Self = Self(3);
@@ -106,25 +115,18 @@ pub struct Met {
     pub doors: u32,
 }
 
-/// What a look along a ray finds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
-    /// Metres to the first wall; the limit where none is nearer.
-    pub wall_m: f32,
-    /// Doorways and windows that it passes before.
-    pub passed: u32,
-}
-
 /// The plan as the filter's inner loop wants it.
 #[derive(Debug, Clone)]
 pub struct Walls {
-    cell_m: f32,
-    per_m: f32,
-    width: i32,
-    height: i32,
+    pub(crate) cell_m: f32,
+    pub(crate) per_m: f32,
+    pub(crate) width: i32,
+    pub(crate) height: i32,
     /// Half cells between this cell's centre and the nearest surface cell's; 0 in a surface. One byte a cell, for rays, which
-    /// look at many cells …
-    half_cells: Vec<u8>,
+    /// look at many cells; one more at the end: beyond the grid. And …
+    pub(crate) half_cells: Vec<u8>,
+    /// How far a ray may go from a cell with such a distance, in cells; 0 from a surface.
+    pub(crate) strides: [f32; 256],
     /// … and for walkers, who look at one or two: half cells around the cell in which surely no surface is, and in the upper byte
     /// the class of the cell. One more at the end: beyond the grid.
     ground: Vec<u16>,
@@ -132,7 +134,7 @@ pub struct Walls {
     nats_per_m: Vec<f32>,
     costs: GroundCosts,
     /// Whether there is a door or a window at all.
-    openings: bool,
+    pub(crate) openings: bool,
 }
 
 impl Walls {
@@ -140,19 +142,21 @@ impl Walls {
     pub fn new(plan: &FloorPlan, costs: GroundCosts) -> Self {
         let surface = |cell: &Cell| cell.blocks() || *cell == Cell::Door;
         let mut surfaces: Vec<bool> = plan.cells().iter().map(surface).collect();
-        let half_cells = distance_field(&surfaces, plan.width(), f64::round);
+        let mut half_cells = distance_field(&surfaces, plan.width(), f64::round);
         // Two cells are as far apart as one's centre is from the nearest of the nine around the other.
         widen(&mut surfaces, plan.width());
         let clear = distance_field(&surfaces, plan.width(), f64::floor);
         let classes = plan.cells().iter().zip(plan.inside()).map(|(cell, inside)| Class::of(*cell, *inside));
         let record = |(clear, class): (&u8, Class)| u16::from(*clear) | u16::from(class.0) << 8;
         let ground = clear.iter().zip(classes).map(record).chain([u16::from(Class::BEYOND.0) << 8]).collect();
+        half_cells.push(u8::MAX);
         Self {
             cell_m: plan.cell_m() as f32,
             per_m: (1.0 / plan.cell_m()) as f32,
             width: plan.width() as i32,
             height: plan.height() as i32,
             half_cells,
+            strides: strides(),
             ground,
             nats_per_m: (0..=u8::MAX).map(|class| Class(class).cost(&costs)).collect(),
             costs,
@@ -179,20 +183,20 @@ impl Walls {
         let held = all(column >= 0.0) & all(row >= 0.0) & all(column < self.width as f32) & all(row < self.height as f32);
         // Right up to 4 million columns, which are 200 km.
         let index = approx::floor(row).wrapping_mul(self.width).wrapping_add(approx::floor(column)) as u32;
-        (index & held) | (self.half_cells.len() as u32 & !held)
+        (index & held) | (self.beyond() & !held)
+    }
+
+    /// The name of all that is beyond the grid.
+    #[inline(always)]
+    pub(crate) fn beyond(&self) -> u32 {
+        self.half_cells.len() as u32 - 1
     }
 
     /// Which cell holds (x, y); `None` beyond the grid, and for what is not a number.
     #[inline]
     fn index(&self, x: f32, y: f32) -> Option<usize> {
-        let index = self.cell_or_beyond(x, y) as usize;
-        (index < self.half_cells.len()).then_some(index)
-    }
-
-    /// Distance from the cell at (x, y) to the nearest surface cell, in half cells, at most 254; `None` beyond the grid.
-    #[inline]
-    fn half_cells_at(&self, x: f32, y: f32) -> Option<u8> {
-        self.index(x, y).map(|index| self.half_cells[index])
+        let cell = self.cell_or_beyond(x, y);
+        self.is_held(cell).then_some(cell as usize)
     }
 
     fn class(&self, index: usize) -> Class {
@@ -202,7 +206,7 @@ impl Walls {
     /// Distance from (x, y) to the nearest wall, window or door in half cells, as a key for tables; beyond the grid 255.
     #[inline]
     pub fn wall_distance_key(&self, x: f32, y: f32) -> u8 {
-        self.half_cells_at(x, y).unwrap_or(u8::MAX)
+        self.key(self.cell_or_beyond(x, y))
     }
 
     /// As [`Walls::wall_distance_key`], of a cell that [`Walls::cell_or_beyond`] named.
@@ -214,7 +218,7 @@ impl Walls {
     /// Whether a cell that [`Walls::cell_or_beyond`] named is on the grid.
     #[inline(always)]
     pub(crate) fn is_held(&self, cell: u32) -> bool {
-        (cell as usize) < self.half_cells.len()
+        cell < self.beyond()
     }
 
     /// Is there a wall or a window at (x, y)?
@@ -230,91 +234,6 @@ impl Walls {
         let record = self.ground.get(cell as usize).copied().unwrap_or(u16::from(Class::BEYOND.0) << 8);
         let cost = self.nats_per_m[usize::from(record >> 8)] * length_m;
         (cost, clear_cells(record) > length_m * self.per_m)
-    }
-
-    /// Metres from (x, y) in direction (dx, dy), unit, to the first wall; `limit_m` where none is nearer. Doors are open to it,
-    /// and windows clear.
-    pub fn cast(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> f32 {
-        self.look(x, y, dx, dy, limit_m).wall_m
-    }
-
-    /// Looks from (x, y) in direction (dx, dy), unit, through doorways and windows to the first wall, `limit_m` far.
-    ///
-    /// Walks the distance field ("sphere tracing", Hart 1996). A start within a surface leaves it first.
-    pub fn look(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> Look {
-        let mut ray = self.ray(x, y, dx, dy, limit_m);
-        while self.advance(&mut ray) {}
-        let passed = self.see_through(&mut ray, f32::INFINITY);
-        Look { wall_m: if ray.has_met() { ray.along * self.cell_m } else { limit_m }, passed }
-    }
-
-    /// A ray that stands at its start; to be moved by [`Walls::advance`].
-    #[inline(always)]
-    pub(crate) fn ray(&self, x: f32, y: f32, dx: f32, dy: f32, limit_m: f32) -> CastRay {
-        // In cells: one multiplication less a step. Beyond the farthest, f32 no longer resolves a step.
-        let limit = limit_m * self.per_m;
-        let limit = if limit < FARTHEST_CELLS { limit } else { FARTHEST_CELLS };
-        CastRay { x: x * self.per_m, y: y * self.per_m, dx, dy, along: 0.0, limit, left: false }
-    }
-
-    /// One step along the ray; `false` when it has met a surface or reached its end.
-    #[inline(always)]
-    pub(crate) fn advance(&self, ray: &mut CastRay) -> bool {
-        let (column, row) = (ray.x + ray.dx * ray.along, ray.y + ray.dy * ray.along);
-        // Also false where a coordinate is not a number.
-        let held = (column >= 0.0) & (row >= 0.0) & (column < self.width as f32) & (row < self.height as f32);
-        if !held {
-            return self.advance_off_grid(ray, column, row);
-        }
-        let half_cells = self.half_cells[row as i32 as usize * self.width as usize + column as i32 as usize];
-        // From anywhere in this cell the nearest surface's face is at least d − 1 cells off, and a surface is at least one cell
-        // thick: d − 0.7 lands at most 0.3 cells into it, never behind it.
-        let step = 0.5 * f32::from(half_cells) - 0.7;
-        let step = if step > 0.7 { step } else { 0.7 };
-        let met = (half_cells == 0) & ray.left;
-        ray.left |= half_cells > 0;
-        ray.along += if met { 0.0 } else { step };
-        !met & (ray.along < ray.limit)
-    }
-
-    #[cold]
-    fn advance_off_grid(&self, ray: &mut CastRay, column: f32, row: f32) -> bool {
-        let (off_x, off_y) = ((-column).max(column - self.width as f32), (-row).max(row - self.height as f32));
-        let back_x = off_x < 0.0 || (column < 0.0 && ray.dx > 0.0) || (column > 0.0 && ray.dx < 0.0);
-        let back_y = off_y < 0.0 || (row < 0.0 && ray.dy > 0.0) || (row > 0.0 && ray.dy < 0.0);
-        ray.left = true;
-        // The grid is convex: who moves away from it does not come back, and nothing is nearer than its edge.
-        ray.along = if back_x && back_y { ray.along + off_x.max(off_y).max(1.0) } else { ray.limit };
-        ray.along < ray.limit
-    }
-
-    /// Lets a ray that has met a doorway or a window look on to what is behind, up to the first wall, and says through how many
-    /// it saw. An opening that is met at `sure` cells or later may be what the ray ends on: it then counts as nothing met.
-    #[inline]
-    pub(crate) fn see_through(&self, ray: &mut CastRay, sure: f32) -> u32 {
-        if self.openings && ray.has_met() { self.through_openings(ray, sure) } else { 0 }
-    }
-
-    fn through_openings(&self, ray: &mut CastRay, sure: f32) -> u32 {
-        let cell = |ray: &CastRay| (ray.x + ray.dx * ray.along, ray.y + ray.dy * ray.along);
-        let class = |(column, row): (f32, f32)| self.surface(floor(column), floor(row));
-        let mut passed = 0;
-        while ray.has_met() && class(cell(ray)).is_some_and(|c| c != Class::WALL) {
-            if ray.along >= sure {
-                ray.along = ray.limit;
-                break;
-            }
-            passed += 1;
-            // Through the glass or the doorway; a wall that it is set in may end the ray there.
-            while ray.has_met() && class(cell(ray)).is_some_and(|c| c != Class::WALL) {
-                ray.along += 0.7;
-            }
-            ray.left = true;
-            if ray.has_met() {
-                while self.advance(ray) {}
-            }
-        }
-        passed
     }
 
     /// How often the straight way from one point to another enters a wall or a window.
@@ -415,10 +334,10 @@ impl Walls {
     fn visit(&self, x0: f32, y0: f32, x1: f32, y1: f32, mut see: impl FnMut(Option<Class>)) {
         let (fx, fy) = (x0 * self.per_m, y0 * self.per_m);
         let (dx, dy) = ((x1 - x0) * self.per_m, (y1 - y0) * self.per_m);
-        let (mut column, mut row) = (floor(fx), floor(fy));
-        let (last_column, last_row) = (floor(x1 * self.per_m), floor(y1 * self.per_m));
+        let (mut column, mut row) = (approx::floor(fx), approx::floor(fy));
+        let (last_column, last_row) = (approx::floor(x1 * self.per_m), approx::floor(y1 * self.per_m));
         let (step_x, step_y) = (if dx > 0.0 { 1 } else { -1 }, if dy > 0.0 { 1 } else { -1 });
-        let first = |f: f32, d: f32| if d > 0.0 { (floor(f) as f32 + 1.0 - f) / d } else { (floor(f) as f32 - f) / d };
+        let first = |f: f32, d: f32| if d > 0.0 { (approx::floor(f) as f32 + 1.0 - f) / d } else { (approx::floor(f) as f32 - f) / d };
         let (mut next_x, mut next_y) =
             (if dx == 0.0 { f32::INFINITY } else { first(fx, dx) }, if dy == 0.0 { f32::INFINITY } else { first(fy, dy) });
         let (every_x, every_y) = ((1.0 / dx).abs(), (1.0 / dy).abs());
@@ -434,7 +353,7 @@ impl Walls {
     }
 
     #[inline(always)]
-    fn surface(&self, column: i32, row: i32) -> Option<Class> {
+    pub(crate) fn surface(&self, column: i32, row: i32) -> Option<Class> {
         // Negative ones are huge as unsigned.
         let held = (column as u32) < self.width as u32 && (row as u32) < self.height as u32;
         let index = row as usize * self.width as usize + column as usize;
@@ -456,38 +375,10 @@ impl Walls {
     }
 }
 
-/// A ray on its way, in cells.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct CastRay {
-    x: f32,
-    y: f32,
-    dx: f32,
-    dy: f32,
-    pub along: f32,
-    pub limit: f32,
-    /// Whether it has been anywhere but in the surface that it started in.
-    pub left: bool,
-}
-
-impl CastRay {
-    /// Whether there is a surface where it stopped.
-    #[inline(always)]
-    pub(crate) fn has_met(&self) -> bool {
-        self.along < self.limit
-    }
-}
-
 /// How many cells around any point of a cell are no surface.
 #[inline(always)]
 fn clear_cells(ground: u16) -> f32 {
     0.5 * f32::from(ground as u8)
-}
-
-/// The integer at or below; without a call into a library, which `f32::floor` is on older processors.
-#[inline(always)]
-fn floor(value: f32) -> i32 {
-    let whole = value as i32;
-    whole.saturating_sub(i32::from(whole as f32 > value))
 }
 
 /// Exact Euclidean distance of every cell to the nearest surface cell, in half cells, capped (Felzenszwalb & Huttenlocher 2012:
@@ -638,5 +529,44 @@ mod tests {
         let (_, walls) = room();
         let [inside, outside, beyond, far] = [(3.5, 2.0), (0.3, 0.3), (-1.0, 2.0), (-9.0, 2.0)].map(|(x, y)| walls.ground_cost(x, y, 1.0));
         assert!(inside < outside && outside < beyond && beyond < far, "{inside} {outside} {beyond} {far}");
+    }
+
+    proptest! {
+        #[test]
+        fn short_cuts_meet_what_a_walk_cell_by_cell_meets(
+            x0 in -0.5..6.5f32, y0 in -0.5..5.5f32, angle in 0.0..6.2f32, length in 0.0..2.0f32
+        ) {
+            let (_, walls) = room();
+            let (dy, dx) = libm::sincosf(angle);
+            let (x1, y1) = (x0 + length * dx, y0 + length * dy);
+            let nudged = |by: f32| walls.met_cell_by_cell(x0 + by * dy, y0 - by * dx, x1 + by * dy, y1 - by * dx);
+            let met = walls.met(x0, y0, x1, y1);
+            // A way that grazes a corner by a hundredth of a millimetre may be on either side of it.
+            prop_assert!([0.0, 1e-5, -1e-5].into_iter().any(|by| met == nudged(by)), "{met:?} for {:?}", nudged(0.0));
+        }
+    }
+
+    /// A wall at x = 2 with a doorway at y 1..2 and a window at y 2..3, 10 cm cells.
+    fn with_openings(door_nats: f64) -> Walls {
+        let cell = |index: usize| match (index % 40, index / 40) {
+            (20..22, 10..20) => Cell::Door,
+            (20..22, 20..30) => Cell::Window,
+            (20..22, _) => Cell::Wall,
+            _ => Cell::Free,
+        };
+        let plan = FloorPlan::new(Pt2::new(0.0, 0.0), 0.1, 40, 40, (0..1600).map(cell).collect()).unwrap();
+        Walls::new(&plan, GroundCosts { door_nats, ..GroundCosts::default() })
+    }
+
+    #[test]
+    fn doors_are_walked_through_and_windows_are_not() {
+        let walls = with_openings(0.02);
+        assert_eq!(walls.met(1.5, 1.5, 2.7, 1.5), Met { walls: 0, doors: 1 });
+        assert_eq!(walls.met(1.5, 2.5, 2.7, 2.5), Met { walls: 1, doors: 0 });
+        assert_eq!(walls.met(1.5, 0.5, 2.7, 0.5), Met { walls: 1, doors: 0 });
+        assert_eq!(walls.met(2.1, 1.5, 2.7, 1.5), Met::default(), "who starts in a doorway has paid for it");
+        assert_eq!(walls.met(2.1, 1.5, 2.1, 2.5), Met { walls: 1, doors: 0 }, "from the doorway into the window beside it");
+        assert!(!walls.is_wall(2.1, 1.5) && walls.is_wall(2.1, 2.5) && walls.wall_distance_key(2.1, 1.5) == 0);
+        assert!(with_openings(0.5).door_nats() > walls.door_nats());
     }
 }
