@@ -3,7 +3,7 @@
 //! Many rays take turns: the looks into memory of one overlap with those of the others, and their arithmetic is SIMD.
 //! Doors and windows are surfaces; a ray that meets one may look on through it.
 
-use crate::approx::{ROUND, floor};
+use crate::approx::ROUND;
 use crate::walls::{Class, Walls};
 
 /// Rays end here: at 5 cm a cell, 50 km. Beyond, f32 no longer resolves a stride.
@@ -201,8 +201,8 @@ impl Walls {
 
     fn through_openings(&self, ray: &mut Ray, sure: f32) -> u32 {
         let in_opening = |ray: &Ray| {
-            let (column, row) = (floor(ray.x + ray.dx * ray.along + 0.5), floor(ray.y + ray.dy * ray.along + 0.5));
-            ray.has_met() && self.surface(column, row).is_some_and(|class| class != Class::WALL)
+            let cell = self.cell_at(ray.x, ray.y, ray.dx, ray.dy, ray.along);
+            ray.has_met() && self.key(cell) == 0 && self.class(cell as usize) != Class::WALL
         };
         let mut passed = 0;
         while in_opening(ray) {

@@ -199,7 +199,7 @@ impl Walls {
         self.is_held(cell).then_some(cell as usize)
     }
 
-    fn class(&self, index: usize) -> Class {
+    pub(crate) fn class(&self, index: usize) -> Class {
         Class((self.ground[index] >> 8) as u8)
     }
 
@@ -353,7 +353,7 @@ impl Walls {
     }
 
     #[inline(always)]
-    pub(crate) fn surface(&self, column: i32, row: i32) -> Option<Class> {
+    fn surface(&self, column: i32, row: i32) -> Option<Class> {
         // Negative ones are huge as unsigned.
         let held = (column as u32) < self.width as u32 && (row as u32) < self.height as u32;
         let index = row as usize * self.width as usize + column as usize;
