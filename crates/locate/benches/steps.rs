@@ -4,7 +4,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use planwalk_locate::bench_entry::{Cloud, office};
 
 fn steps(criterion: &mut Criterion) {
-    let plan = office();
+    let Ok(plan) = office() else { return };
     for (name, rays, counts) in [("walls", 0, &[2_000, 20_000, 200_000, 2_000_000][..]), ("walls and 16 sightings", 16, &[2_000, 200_000])]
     {
         for threads in [1, 2] {
@@ -13,10 +13,8 @@ fn steps(criterion: &mut Criterion) {
             group.sample_size(10);
             for count in counts {
                 group.throughput(Throughput::Elements(*count as u64));
-                pool.install(|| {
-                    let mut cloud = Cloud::new(&plan, *count);
-                    group.bench_function(BenchmarkId::from_parameter(count), |b| b.iter(|| cloud.step(rays)));
-                });
+                let mut cloud = pool.install(|| Cloud::new(&plan, *count));
+                group.bench_function(BenchmarkId::from_parameter(count), |b| b.iter(|| pool.install(|| cloud.step(rays))));
             }
             group.finish();
         }

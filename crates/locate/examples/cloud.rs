@@ -11,8 +11,9 @@ fn main() {
     let number = |i: usize, otherwise: usize| numbers.get(i).copied().unwrap_or(otherwise);
     let (particles, steps, rays, threads) = (number(0, 200_000), number(1, 20), number(2, 0), number(3, 1));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let Ok(plan) = office() else { return };
     let run = || {
-        let mut cloud = Cloud::new(&office(), particles);
+        let mut cloud = Cloud::new(&plan, particles);
         cloud.step(rays);
         let before = Instant::now();
         (0..steps).for_each(|_| cloud.step(rays));

@@ -39,7 +39,8 @@ impl Chance {
         const BIAS: u32 = 0x0200_0200;
         let (even_a, odd_a, even_b, odd_b) = (a & BYTES, (a >> 8) & BYTES, (b & BYTES), (b >> 8) & BYTES);
         let (sum_a, sum_b) = (even_a + odd_a, even_b + odd_b);
-        let (low, high) = |word: u32| -> (i32, i32) { ((word & 0xffff) as i32, (word >> 16) as i32) }(sum_a + sum_b);
+        let sums = sum_a + sum_b;
+        let (low, high) = ((sums & 0xffff) as i32, (sums >> 16) as i32);
         let by_word = sum_a + BIAS - sum_b;
         let by_byte = (even_a + even_b) + BIAS - (odd_a + odd_b);
         let both = |word: u32| ((word & 0xffff) + (word >> 16)) as i32 - 0x400;
@@ -94,9 +95,9 @@ mod tests {
             assert!(sum[j].abs() < 4.5 * error, "mean {} of {j}", sum[j]);
             // Kurtosis 2.85; its standard error is √96 / √N.
             assert!((fourth[j] - 2.85).abs() < 4.5 * 9.8 * error, "fourth moment {} of {j}", fourth[j]);
-            for k in 0..4 {
+            for (k, product) in products[j].iter().enumerate() {
                 let expected = if j == k { 1.0 } else { 0.0 };
-                assert!((products[j][k] - expected).abs() < 4.5 * 1.4 * error, "product {} of {j} and {k}", products[j][k]);
+                assert!((product - expected).abs() < 4.5 * 1.4 * error, "product {product} of {j} and {k}");
             }
         }
         assert!(largest > 4.0 && largest < 4.9, "the largest of 1.6 million is {largest} σ");

@@ -13,6 +13,7 @@ mod attempts;
 pub mod bench_entry;
 mod cast;
 mod chance;
+mod field;
 mod filter;
 mod history;
 mod likelihood;

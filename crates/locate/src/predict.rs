@@ -207,7 +207,7 @@ mod tests {
     use crate::likelihood::{Ray, Scorer};
     use crate::prior::{self, ScalePrior};
     use nalgebra::{Matrix3, Vector3};
-    use planwalk_types::{FloorPlan, Stamp, Step};
+    use planwalk_types::{Cell, FloorPlan, Pt2, Stamp, Step};
 
     fn options() -> LocateOptions {
         LocateOptions::new(Seed(1), ScalePrior { metres_per_unit: 0.9, relative_sigma: 0.2 })
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_fast_update_does_what_the_book_says() {
-        let plan = office();
+        let plan = office().unwrap();
         let (options, motion, seed) = (options(), motion(), Seed(9));
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);
@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn the_same_bytes_with_and_without_wide_registers() {
-        let plan = office();
+        let plan = office().unwrap();
         let options = options();
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);
@@ -283,5 +283,28 @@ mod tests {
             [cloud.x, cloud.y, cloud.heading, cloud.log_weight].map(|values| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>())
         });
         assert!(clouds[0] == clouds[1]);
+    }
+
+    #[test]
+    fn doorways_cost_what_the_option_says() {
+        // Doorways from wall to wall every metre: each walk of 0.6 m goes through at most one of them.
+        let cell = |index: usize| match (index % 100, index / 100) {
+            (_, 0 | 99) => Cell::Wall,
+            (_, row) if row % 10 == 0 => Cell::Door,
+            _ => Cell::Free,
+        };
+        let plan = FloorPlan::new(Pt2::new(0.0, 0.0), 0.1, 100, 100, (0..10_000).map(cell).collect()).unwrap();
+        let nats = |door_nats: f64| {
+            let mut options = options();
+            options.ground.door_nats = door_nats;
+            let walls = Walls::new(&plan, options.ground);
+            let scorer = Scorer::new(&options.sightings, &walls);
+            let mut cloud = cloud(&plan, 10_000);
+            predict_and_weigh(&mut cloud, &motion(), &walls, &scorer.on(&walls, &[]), &options, Seed(1));
+            cloud.log_weight.iter().map(|w| f64::from(*w)).sum::<f64>() / 10_000.0
+        };
+        // Of walks of 0.55 m (0.61 units at 0.9 m) in all directions, 0.55 · 2/π meet a line that comes every metre.
+        let share = (nats(0.0) - nats(1.0)) / 1.0;
+        assert!((share - 0.35).abs() < 0.07, "{share} of the walks paid");
     }
 }
