@@ -7,11 +7,17 @@
 //! ([`planwalk_types::Status`]), not an error. Nothing here touches a file, a clock or entropy; the same seed gives the same
 //! bytes on any number of threads.
 
+mod approx;
 mod attempts;
 mod banded;
+#[doc(hidden)]
+pub mod bench_entry;
 mod calibrate;
+mod cast;
+mod chance;
 mod contradicted;
 mod discriminate;
+mod faces;
 mod field;
 mod filter;
 mod history;
@@ -31,6 +37,7 @@ mod survival;
 mod verdict;
 mod walls;
 
+pub use cast::Look;
 pub use contradicted::{ContradictedKind, ContradictedWall};
 pub use discriminate::{Apart, Going, View as ApartView};
 pub use filter::{FilterView, Localizer, LocateOptions};
@@ -42,7 +49,7 @@ pub use prior::{ScalePrior, StartPrior};
 pub use report::{ReportOptions, localize_by_report};
 pub use run::{Localization, Quality, localize, localize_observed};
 pub use verdict::VerdictOptions;
-pub use walls::{GroundCosts, Walls};
+pub use walls::{GroundCosts, Met, Walls};
 
 /// Why there is no answer at all.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -7,10 +7,13 @@
 //! (its ray goes through a wall). The densities are per unit of *measured* range: a particle's scale s stretches the
 //! measurement, so each sighting counts ln s. Without that term a tiny scale explains everything as clutter near the
 //! camera, and scale collapses.
+//! A ray may end at a doorway or a window as at a wall (a shut leaf, a frame, a blind), or go on through it at a small cost.
 //! Pitfall: sightings of one view are not independent; the sum is tempered.
 
 use planwalk_types::{Sighting, Stamp, Step};
 
+use crate::approx;
+use crate::cast::{self, BLOCK, Rays};
 use crate::motion::Motion;
 use crate::walls::Walls;
 
@@ -25,6 +28,8 @@ pub struct SightingModel {
     pub clutter: f64,
     /// Weight of a point behind a wall.
     pub through: f64,
+    /// Share of the rays towards a doorway or window that go on through it: the door is open, the glass clear.
+    pub through_opening: f64,
     /// Length over which clutter and mistakes are spread, metres: about the depth of a room.
     pub spread_m: f64,
     /// Exponent of the likelihood: the share of a sighting that is independent of its neighbours.
@@ -35,7 +40,7 @@ pub struct SightingModel {
 
 impl Default for SightingModel {
     fn default() -> Self {
-        Self { wall_sigma_m: 0.12, wall: 0.5, clutter: 0.47, through: 0.03, spread_m: 8.0, temper: 0.12, rays: 16 }
+        Self { wall_sigma_m: 0.12, wall: 0.5, clutter: 0.47, through: 0.03, through_opening: 0.5, spread_m: 8.0, temper: 0.12, rays: 16 }
     }
 }
 
@@ -114,47 +119,65 @@ pub(crate) struct Explained {
     pub through: f64,
 }
 
-/// Widths of the tabled wall densities: from 5 cm in steps of 15 % to 3.8 m.
-const SIGMAS: usize = 32;
-const SIGMA_MIN_M: f32 = 0.05;
-const SIGMA_STEP: f32 = 1.15;
+/// Widths of the tabled wall densities: rows of variance, four an octave, from (5 cm)² to (3.8 m)². The upper bits of an f32 are
+/// such a scale: its exponent, and the first two bits after the leading one.
+const ROWS: u32 = 50;
+const ROW_SHIFT: u32 = 21;
+const VARIANCE_MIN_M2: f32 = 0.0025;
+
+/// Which row tables this variance.
+#[inline(always)]
+fn row_of(variance_m2: f32) -> u32 {
+    let row = ((variance_m2.to_bits() >> ROW_SHIFT) as i32).wrapping_sub((VARIANCE_MIN_M2.to_bits() >> ROW_SHIFT) as i32);
+    let row = if row > 0 { row } else { 0 };
+    (if row < ROWS as i32 { row } else { ROWS as i32 - 1 }) as u32
+}
+
+/// The standard deviation in the middle of a row, metres.
+fn sigma_of(row: u32) -> f64 {
+    let middle = (((VARIANCE_MIN_M2.to_bits() >> ROW_SHIFT) + row) << ROW_SHIFT) | 1 << (ROW_SHIFT - 1);
+    f64::from(f32::from_bits(middle)).sqrt()
+}
 
 /// The model conditioned on a grid: tables of nats by wall distance.
 #[derive(Debug, Clone)]
 pub(crate) struct Scorer {
-    /// Nats by (sigma, distance key), of ends before a wall and of ends behind it.
-    before: Vec<f32>,
-    behind: Vec<f32>,
+    /// Nats by (row of variance, before or behind a wall, distance key).
+    ends: Vec<f32>,
+    /// For each row of variance, the last cells of a ray that are not air for sure: 2.5 σ and a cell.
+    unsure_cells: Vec<f32>,
     through_nats: f32,
+    opening_nats: f32,
     furniture_nats: f32,
-    wall_sigma_m: f32,
-    sigma_index_per_log: f32,
+    wall_variance_m2: f32,
 }
 
 impl Scorer {
     pub(crate) fn new(model: &SightingModel, walls: &Walls) -> Self {
-        let (mut before, mut behind) = (Vec::with_capacity(SIGMAS * 256), Vec::with_capacity(SIGMAS * 256));
+        let (mut ends, mut unsure_cells) = (Vec::with_capacity(ROWS as usize * 512), Vec::with_capacity(ROWS as usize));
         let total = model.wall + model.clutter + model.through;
-        for i in 0..SIGMAS {
-            let sigma = f64::from(SIGMA_MIN_M) * libm::pow(f64::from(SIGMA_STEP), i as f64);
-            for key in 0..256 {
-                // From the centre of a wall cell half a cell is wall.
-                let distance = (0.5 * f64::from(key) - 0.5).max(0.0) * f64::from(walls.cell_m());
-                let wall = if key == 255 { 0.0 } else { libm::exp(-0.5 * (distance / sigma).powi(2)) / (sigma * 2.506_628) };
-                let mixed = |other: f64| libm::log((model.wall * wall + other / model.spread_m) / total) as f32;
-                before.push(mixed(model.clutter));
-                // Furniture stands before walls, not in them. Were it allowed on both sides, the much that stands close before
-                // a wall would draw every pose towards the walls ahead (by 5–15 cm on real plans).
-                behind.push(mixed(model.through));
+        let cell_m = f64::from(walls.cell_m());
+        for row in 0..ROWS {
+            let sigma = sigma_of(row);
+            unsure_cells.push((2.5 * sigma / cell_m + 1.0) as f32);
+            // Furniture stands before walls, not in them. Were it allowed on both sides, the much that stands close before
+            // a wall would draw every pose towards the walls ahead (by 5–15 cm on real plans).
+            for other in [model.clutter, model.through] {
+                for key in 0..256 {
+                    // From the centre of a wall cell half a cell is wall.
+                    let distance = (0.5 * f64::from(key) - 0.5).max(0.0) * cell_m;
+                    let wall = if key == 255 { 0.0 } else { libm::exp(-0.5 * (distance / sigma).powi(2)) / (sigma * 2.506_628) };
+                    ends.push(libm::log((model.wall * wall + other / model.spread_m) / total) as f32);
+                }
             }
         }
         Self {
-            before,
-            behind,
+            ends,
+            unsure_cells,
             through_nats: libm::log(model.through / model.spread_m / total) as f32,
+            opening_nats: libm::log(model.through_opening.clamp(1e-9, 1.0)) as f32,
             furniture_nats: libm::log(model.clutter / model.spread_m / total) as f32,
-            wall_sigma_m: model.wall_sigma_m as f32,
-            sigma_index_per_log: 1.0 / libm::logf(SIGMA_STEP),
+            wall_variance_m2: (model.wall_sigma_m * model.wall_sigma_m) as f32,
         }
     }
 
@@ -169,19 +192,23 @@ impl Scorer {
                     from: (ray.from.0 as f32, ray.from.1 as f32),
                     direction: ((dx / range) as f32, (dy / range) as f32),
                     range: range as f32,
-                    sigma: ray.sigma as f32,
+                    variance: (ray.sigma * ray.sigma) as f32,
                 }
             })
             .collect();
         View { scorer: self, walls, rays }
     }
 
-    #[inline]
-    fn end_nats(&self, key: u8, sigma_m: f32, behind: bool) -> f32 {
-        let index = libm::logf(sigma_m / SIGMA_MIN_M) * self.sigma_index_per_log;
-        let row = (index.max(0.0) as usize).min(SIGMAS - 1);
-        let table = if behind { &self.behind } else { &self.before };
-        table[row * 256 + usize::from(key)]
+    /// What a ray that has stopped says.
+    #[inline(always)]
+    fn fate(&self, walls: &Walls, ray: &mut cast::Ray, limit: f32, row: u32, end_cell: u32) -> Fate {
+        let sure = limit - self.unsure_cells[row as usize];
+        let passed = walls.see_through(ray, sure);
+        let through = ray.has_met() & (ray.along < sure);
+        let key = walls.key(end_cell);
+        let end = self.ends[row as usize * 512 + usize::from(ray.has_met()) * 256 + usize::from(key)];
+        let nats = if through { self.through_nats } else { end + self.opening_nats * passed as f32 };
+        Fate { nats, through, key, row }
     }
 }
 
@@ -190,7 +217,7 @@ struct ViewRay {
     from: (f32, f32),
     direction: (f32, f32),
     range: f32,
-    sigma: f32,
+    variance: f32,
 }
 
 /// One update's rays, ready to be scored from any pose.
@@ -201,14 +228,22 @@ pub(crate) struct View<'a> {
     rays: Vec<ViewRay>,
 }
 
-enum Fate {
-    Through,
-    /// At this distance from a wall, before or (a little) behind it.
-    Ends {
-        key: u8,
-        sigma_m: f32,
-        behind: bool,
-    },
+struct Fate {
+    nats: f32,
+    through: bool,
+    /// Distance key of the end point.
+    key: u8,
+    row: u32,
+}
+
+/// A ray as it lies on the plan, seen from one pose: metres.
+struct Aim {
+    x: f32,
+    y: f32,
+    dx: f32,
+    dy: f32,
+    range: f32,
+    row: u32,
 }
 
 impl View<'_> {
@@ -216,54 +251,79 @@ impl View<'_> {
         self.rays.is_empty()
     }
 
-    #[inline]
-    fn fate(&self, ray: &ViewRay, x: f32, y: f32, (s, c): (f32, f32), scale: f32) -> Fate {
+    #[inline(always)]
+    fn aim(&self, ray: &ViewRay, x: f32, y: f32, (s, c): (f32, f32), scale: f32) -> Aim {
         let turned = |(a, b): (f32, f32)| (c * a - s * b, s * a + c * b);
-        let (from, direction) = (turned(ray.from), turned(ray.direction));
-        let (x, y) = (x + scale * from.0, y + scale * from.1);
-        let range = scale * ray.range;
-        let sigma_m = (self.scorer.wall_sigma_m * self.scorer.wall_sigma_m + scale * scale * ray.sigma * ray.sigma).sqrt();
-        let met = self.walls.cast(x, y, direction.0, direction.1, range);
-        // The last 2.5 σ are not air for sure.
-        if met < range - 2.5 * sigma_m - self.walls.cell_m() {
-            return Fate::Through;
-        }
-        let key = self.walls.wall_distance_key(x + range * direction.0, y + range * direction.1);
-        Fate::Ends { key, sigma_m, behind: met < range }
+        let (from, (dx, dy)) = (turned(ray.from), turned(ray.direction));
+        let row = row_of(self.scorer.wall_variance_m2 + scale * scale * ray.variance);
+        Aim { x: x + scale * from.0, y: y + scale * from.1, dx, dy, range: scale * ray.range, row }
     }
 
-    /// Nats of all rays together from this pose, not tempered.
-    #[inline]
+    #[inline(always)]
+    fn end_cell(&self, aim: &Aim) -> u32 {
+        self.walls.cell_or_beyond(aim.x + aim.range * aim.dx, aim.y + aim.range * aim.dy)
+    }
+
+    fn fate(&self, ray: &ViewRay, x: f32, y: f32, turn: (f32, f32), scale: f32) -> Fate {
+        let aim = self.aim(ray, x, y, turn, scale);
+        let mut cast = self.walls.ray(aim.x, aim.y, aim.dx, aim.dy, aim.range);
+        self.walls.run(&mut cast);
+        self.scorer.fate(self.walls, &mut cast, aim.range * self.walls.per_m, aim.row, self.end_cell(&aim))
+    }
+
+    /// Nats of all rays together from this pose, not tempered: what [`View::add_nats`] comes to.
     pub(crate) fn nats(&self, x: f32, y: f32, heading: f32, log_scale: f32) -> f32 {
-        let scale = libm::expf(log_scale);
-        let turn = libm::sincosf(heading);
-        let mut sum = self.rays.len() as f32 * log_scale;
-        for ray in &self.rays {
-            sum += match self.fate(ray, x, y, turn, scale) {
-                Fate::Through => self.scorer.through_nats,
-                Fate::Ends { key, sigma_m, behind } => self.scorer.end_nats(key, sigma_m, behind),
-            };
+        let (scale, turn) = (approx::exp(log_scale), approx::sin_cos(heading));
+        let sum = self.rays.len() as f32 * log_scale;
+        self.rays.iter().fold(sum, |sum, ray| sum + self.fate(ray, x, y, turn, scale).nats)
+    }
+
+    /// Adds `temper` times the nats of all rays together to `sums`, for at most [`BLOCK`] poses at once.
+    #[inline(always)]
+    pub(crate) fn add_nats(&self, xs: &[f32], ys: &[f32], headings: &[f32], log_scales: &[f32], temper: f32, sums: &mut [f32]) {
+        let count = sums.len().min(BLOCK);
+        let (xs, ys, headings, log_scales) = (&xs[..count], &ys[..count], &headings[..count], &log_scales[..count]);
+        let (mut scale, mut sin, mut cos, mut nats) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+        for i in 0..count {
+            (sin[i], cos[i]) = approx::sin_cos(headings[i]);
+            scale[i] = approx::exp(log_scales[i]);
+            nats[i] = self.rays.len() as f32 * log_scales[i];
         }
-        sum
+        let mut rays = Rays::new();
+        let (mut row, mut end_cell, mut limit, mut along) = ([0; BLOCK], [0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+        let mut casts = [cast::Ray::default(); BLOCK];
+        for ray in &self.rays {
+            for i in 0..count {
+                let aim = self.aim(ray, xs[i], ys[i], (sin[i], cos[i]), scale[i]);
+                rays.set(i, self.walls.ray(aim.x, aim.y, aim.dx, aim.dy, aim.range));
+                (row[i], end_cell[i], limit[i]) = (aim.row, self.end_cell(&aim), aim.range * self.walls.per_m);
+            }
+            (0..count).for_each(|i| casts[i] = rays.get(i));
+            self.walls.run_all(&mut rays, count, &mut along);
+            for i in 0..count {
+                casts[i].along = along[i];
+                nats[i] += self.scorer.fate(self.walls, &mut casts[i], limit[i], row[i], end_cell[i]).nats;
+            }
+        }
+        sums.iter_mut().zip(&nats).for_each(|(sum, nats)| *sum += temper * nats);
     }
 
     /// What this pose makes of the rays, as shares.
     pub(crate) fn explain(&self, x: f32, y: f32, heading: f32, log_scale: f32) -> Explained {
         let count = self.rays.len().max(1) as f64;
-        let scale = libm::expf(log_scale);
-        let turn = libm::sincosf(heading);
+        let (scale, turn) = (approx::exp(log_scale), approx::sin_cos(heading));
         let furniture = f64::from(self.scorer.furniture_nats) + f64::from(log_scale);
-        let gain_nats = f64::from(self.nats(x, y, heading, log_scale)) / count - furniture;
-        let mut explained = Explained { gain_nats, ..Explained::default() };
+        let mut nats = self.rays.len() as f32 * log_scale;
+        let mut explained = Explained::default();
         for ray in &self.rays {
-            match self.fate(ray, x, y, turn, scale) {
-                Fate::Through => explained.through += 1.0 / count,
-                Fate::Ends { key, sigma_m, .. } => {
-                    let distance = (0.5 * f32::from(key) - 0.5) * self.walls.cell_m();
-                    explained.on_wall += if key < 255 && distance < 2.0 * sigma_m { 1.0 / count } else { 0.0 };
-                }
-            }
+            let fate = self.fate(ray, x, y, turn, scale);
+            nats += fate.nats;
+            let distance = f64::from(0.5 * f32::from(fate.key) - 0.5) * f64::from(self.walls.cell_m());
+            let on_wall = !fate.through && fate.key < 255 && distance < 2.0 * sigma_of(fate.row);
+            explained.through += f64::from(u8::from(fate.through)) / count;
+            explained.on_wall += f64::from(u8::from(on_wall)) / count;
         }
+        explained.gain_nats = f64::from(nats) / count - furniture;
         explained
     }
 }
@@ -273,7 +333,7 @@ mod tests {
     use super::*;
     use crate::walls::GroundCosts;
     use nalgebra::Matrix3;
-    use planwalk_types::{FloorPlan, Pt2, Wall};
+    use planwalk_types::{Cell, FloorPlan, Pt2, Wall};
 
     /// A room of 8 m × 4 m; local coordinates begin 2 m outside.
     fn room() -> Walls {
@@ -353,5 +413,79 @@ mod tests {
         }
         assert!(pending.rays.len() <= Pending::LIMIT);
         assert_eq!(pending.take(16, &Motion::none()).len(), 16);
+    }
+
+    /// A wall across the room at x = 6 in the grid, of which the middle third is `opening`; 10 cm cells, 12 m × 6 m.
+    fn divided(opening: Cell) -> Walls {
+        let cell = |index: usize| match (index % 120, index / 120) {
+            (0 | 119, _) | (_, 0 | 59) => Cell::Wall,
+            (60, 20..40) => opening,
+            (60, _) => Cell::Wall,
+            _ => Cell::Free,
+        };
+        let plan = FloorPlan::new(Pt2::new(0.0, 0.0), 0.1, 120, 60, (0..7200).map(cell).collect()).unwrap();
+        Walls::new(&plan, GroundCosts::default())
+    }
+
+    /// Nats and shares of one ray of this length from (3, 3) along x.
+    fn of_ray(opening: Cell, range: f64) -> (f64, Explained) {
+        let walls = divided(opening);
+        let scorer = Scorer::new(&SightingModel::default(), &walls);
+        let view = scorer.on(&walls, &[Ray { from: (0.0, 0.0), to: (range, 0.0), sigma: 0.05 }]);
+        (f64::from(view.nats(3.0, 3.0, 0.0, 0.0)), view.explain(3.0, 3.0, 0.0, 0.0))
+    }
+
+    #[test]
+    fn doors_and_windows_are_seen_or_seen_through() {
+        let (on_wall, behind_wall, free) = (of_ray(Cell::Wall, 3.05), of_ray(Cell::Wall, 8.9), of_ray(Cell::Free, 8.9));
+        assert!(behind_wall.1.through > 0.99 && free.1.on_wall > 0.99);
+        for opening in [Cell::Door, Cell::Window] {
+            // A shut leaf, a blind: what ends there is explained as at a wall.
+            let seen = of_ray(opening, 3.05);
+            assert!((seen.0 - on_wall.0).abs() < 0.1 && seen.1.on_wall > 0.99, "{opening:?}: {} for {}", seen.0, on_wall.0);
+            // Open, or clear: what is behind is explained at the cost of a half.
+            let seen_through = of_ray(opening, 8.9);
+            let cost = SightingModel::default().through_opening.ln();
+            assert!((seen_through.0 - free.0 - cost).abs() < 1e-3, "{opening:?}: {} for {}", seen_through.0, free.0);
+            assert!(seen_through.1.through < 0.01 && seen_through.1.on_wall > 0.99);
+        }
+    }
+
+    #[test]
+    fn how_often_doors_are_open_matters() {
+        let walls = divided(Cell::Door);
+        let nats = |through_opening: f64| {
+            let scorer = Scorer::new(&SightingModel { through_opening, ..SightingModel::default() }, &walls);
+            let ray = Ray { from: (0.0, 0.0), to: (8.9, 0.0), sigma: 0.05 };
+            scorer.on(&walls, &[ray]).nats(3.0, 3.0, 0.0, 0.0)
+        };
+        assert!(nats(0.9) > nats(0.1) + 2.0);
+    }
+
+    #[test]
+    fn many_poses_at_once_score_as_each_alone() {
+        for walls in [room(), divided(Cell::Door), divided(Cell::Window)] {
+            let scorer = Scorer::new(&SightingModel::default(), &walls);
+            let view_rays = seen(&room());
+            let view = scorer.on(&walls, &view_rays);
+            let pose = |i: usize| (0.1 * i as f32 - 1.0, 3.0 + 2.0 * libm::sinf(i as f32), 0.7 * i as f32 - 40.0, 0.01 * i as f32 - 1.2);
+            let poses: Vec<_> = (0..BLOCK - 3).map(pose).collect();
+            let of = |f: fn(&(f32, f32, f32, f32)) -> f32| poses.iter().map(f).collect::<Vec<f32>>();
+            let mut sums = vec![0.25; poses.len()];
+            view.add_nats(&of(|p| p.0), &of(|p| p.1), &of(|p| p.2), &of(|p| p.3), 0.5, &mut sums);
+            for (sum, (x, y, heading, log_scale)) in sums.iter().zip(&poses) {
+                assert_eq!(*sum, 0.25 + 0.5 * view.nats(*x, *y, *heading, *log_scale), "at ({x}, {y})");
+            }
+        }
+    }
+
+    #[test]
+    fn tabled_spreads_are_those_asked_for() {
+        for sigma in [0.05f32, 0.12, 0.3, 1.0, 3.0] {
+            // Four rows an octave of variance: the middle of a row is at most 12.5 % of variance off.
+            let off = sigma_of(row_of(sigma * sigma)) / f64::from(sigma) - 1.0;
+            assert!(off.abs() < 0.07, "{sigma} m is tabled {off} off");
+        }
+        assert_eq!([row_of(0.0), row_of(f32::INFINITY), row_of(f32::NAN)], [0, ROWS - 1, ROWS - 1]);
     }
 }

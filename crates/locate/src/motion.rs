@@ -134,10 +134,9 @@ impl MoveSampler {
         Self { mean, root }
     }
 
-    /// One draw of (forward, left, turn), odometry's unit and radians.
-    #[inline]
-    pub(crate) fn draw(&self, rng: &mut impl Rng) -> [f32; 3] {
-        let (a, b, c) = (normal(rng), normal(rng), normal(rng));
+    /// (forward, left, turn) for three standard normal numbers; odometry's unit and radians.
+    #[inline(always)]
+    pub(crate) fn shape(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
         let root = &self.root;
         [self.mean[0] + root[0] * a, self.mean[1] + root[1] * a + root[2] * b, self.mean[2] + root[3] * a + root[4] * b + root[5] * c]
     }
@@ -173,6 +172,7 @@ pub(crate) fn uniform(rng: &mut impl Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
     use planwalk_types::{Seed, Stamp};
 
     fn step(forward: f64, left: f64, turn_rad: f64) -> Step {
@@ -197,11 +197,12 @@ mod tests {
         let motion = Motion::none().then(&step(1.0, 0.0, 0.2), 1.0).then(&step(1.0, 0.0, 0.0), 1.0);
         let none = NoiseFloor { length_relative: 0.0, turn_per_sqrt_m_rad: 0.0 };
         let sampler = MoveSampler::new(&motion, &none, 1.0);
-        let mut rng = Seed(3).derive("test", 0);
+        let chance = Chance::new(Seed(3), "test");
         const N: usize = 40_000;
         let mut sum = Matrix3::zeros();
-        for _ in 0..N {
-            let draw = sampler.draw(&mut rng);
+        for i in 0..N as u32 {
+            let [a, b, c, _] = chance.normals(i);
+            let draw = sampler.shape([a, b, c]);
             let off =
                 Vector3::new(f64::from(draw[0]) - motion.forward, f64::from(draw[1]) - motion.left, f64::from(draw[2]) - motion.turn_rad);
             sum += off * off.transpose() / N as f64;

@@ -8,7 +8,9 @@
 use planwalk_types::{Seed, wrap_angle};
 use rayon::prelude::*;
 
-use crate::motion::{normal, uniform};
+use crate::approx;
+use crate::chance::Chance;
+use crate::motion::uniform;
 use crate::prior::ScalePrior;
 
 /// Particles a chunk: some 100 kB, enough to be worth a thread's while.
@@ -62,8 +64,8 @@ impl Particles {
 
     /// Weights from log weights.
     pub(crate) fn normalize(&mut self) {
-        let maxima: Vec<f32> = self.log_weight.par_chunks(CHUNK).map(|c| c.iter().copied().fold(f32::NEG_INFINITY, f32::max)).collect();
-        let max = maxima.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        let maxima: Vec<f32> = self.log_weight.par_chunks(CHUNK).map(largest).collect();
+        let max = largest(&maxima);
         if !max.is_finite() {
             // Every guess is impossible to f32: no guess is better than another.
             self.set_equal_weights();
@@ -72,13 +74,11 @@ impl Particles {
         let chunks = self.log_weight.par_chunks_mut(CHUNK).zip(self.weight.par_chunks_mut(CHUNK));
         let sums: Vec<f64> = chunks
             .map(|(logs, weights)| {
-                let mut sum = 0.0;
-                for (log, weight) in logs.iter_mut().zip(weights) {
+                for (log, weight) in logs.iter_mut().zip(weights.iter_mut()) {
                     *log -= max;
-                    *weight = libm::expf(*log);
-                    sum += f64::from(*weight);
+                    *weight = approx::exp(*log);
                 }
-                sum
+                sum_of(weights, |w| w)
             })
             .collect();
         let scale = (1.0 / sums.into_iter().sum::<f64>()) as f32;
@@ -87,7 +87,7 @@ impl Particles {
 
     /// Effective number of particles as a share of all (Kong, Liu & Wong 1994): 1 when all weigh the same.
     pub(crate) fn effective_share(&self) -> f64 {
-        let squares: Vec<f64> = self.weight.par_chunks(CHUNK).map(|c| c.iter().map(|w| f64::from(*w) * f64::from(*w)).sum()).collect();
+        let squares: Vec<f64> = self.weight.par_chunks(CHUNK).map(|c| sum_of(c, |w| w * w)).collect();
         1.0 / (squares.into_iter().sum::<f64>() * self.len().max(1) as f64)
     }
 
@@ -95,29 +95,46 @@ impl Particles {
     /// particle each is a copy of.
     pub(crate) fn resample_systematic(&mut self, count: usize, seed: Seed) -> Vec<u32> {
         let count = count.max(1);
-        let total: f64 = self.weight.iter().map(|w| f64::from(*w)).sum();
-        let apart = total / count as f64;
-        let mut next = apart * uniform(&mut seed.derive("resample", 0));
-        let mut ancestors = Vec::with_capacity(count);
-        let mut swept = 0.0;
-        for (index, weight) in self.weight.iter().enumerate() {
-            swept += f64::from(*weight);
-            while swept > next && ancestors.len() < count {
-                ancestors.push(index as u32);
-                next += apart;
-            }
+        let ancestors = self.ancestors(count, uniform(&mut seed.derive("resample", 0)));
+        // All weights will be equal, so the old ones' memory is free to gather into: each array makes room for the next.
+        for values in [&mut self.x, &mut self.y, &mut self.heading, &mut self.log_scale] {
+            let room = &mut self.log_weight;
+            room.resize(count, 0.0);
+            let gather = |(to, from): (&mut [f32], &[u32])| {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to = values.get(*from as usize).copied().unwrap_or(0.0));
+            };
+            room.par_chunks_mut(CHUNK).zip(ancestors.par_chunks(CHUNK)).for_each(gather);
+            std::mem::swap(values, room);
         }
-        // Round-off may leave the last comb tooth beyond the sum.
-        let last = ancestors.last().copied().unwrap_or(0);
-        ancestors.resize(count, last);
-        let gather = |values: &[f32]| -> Vec<f32> { ancestors.par_iter().map(|i| values[*i as usize]).collect() };
-        self.x = gather(&self.x);
-        self.y = gather(&self.y);
-        self.heading = gather(&self.heading);
-        self.log_scale = gather(&self.log_scale);
-        self.log_weight = vec![0.0; count];
-        self.weight = vec![0.0; count];
+        self.log_weight.resize(count, 0.0);
+        self.weight.resize(count, 0.0);
+        if count < self.len() / 2 {
+            [&mut self.log_weight, &mut self.weight].into_iter().for_each(Vec::shrink_to_fit);
+        }
         self.set_equal_weights();
+        ancestors
+    }
+
+    /// For each tooth of a comb of `count` teeth over the weights, the particle that it hits. The first tooth stands `offset`
+    /// (0..1) of their distance from the beginning.
+    fn ancestors(&self, count: usize, offset: f64) -> Vec<u32> {
+        let sums: Vec<f64> = self.weight.par_chunks(CHUNK).map(|c| sum_of(c, |w| w)).collect();
+        let per_weight = count as f64 / sums.iter().sum::<f64>();
+        let mut ancestors = vec![0u32; count];
+        let mut teeth = Vec::with_capacity(sums.len());
+        let (mut rest, mut swept, mut taken) = (ancestors.as_mut_slice(), 0.0, 0);
+        for (chunk, sum) in sums.iter().enumerate() {
+            let before = swept * per_weight - offset;
+            swept += sum;
+            // Round-off may leave the last tooth beyond the sum.
+            let end = if chunk + 1 == sums.len() { count } else { teeth_up_to(swept * per_weight - offset).clamp(taken, count) };
+            let (mine, later) = rest.split_at_mut(end - taken);
+            teeth.push((mine, before - taken as f64));
+            (rest, taken) = (later, end);
+        }
+        teeth.into_par_iter().zip(self.weight.par_chunks(CHUNK)).enumerate().for_each(|(chunk, ((teeth, before), weights))| {
+            comb(teeth, before, weights, per_weight, (chunk * CHUNK) as u32);
+        });
         ancestors
     }
 
@@ -131,15 +148,17 @@ impl Particles {
         let spread = (prior.relative_sigma as f32).max(1e-6);
         let jitter = by.log_scale.min(spread);
         let keep = (1.0 - (jitter / spread).powi(2)).max(0.0).sqrt();
+        let chance = Chance::new(seed, "roughen");
         let poses = (self.x.par_chunks_mut(CHUNK), self.y.par_chunks_mut(CHUNK));
         (poses.0, poses.1, self.heading.par_chunks_mut(CHUNK), self.log_scale.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
             |(chunk, (xs, ys, headings, log_scales))| {
-                let mut rng = seed.derive("roughen", chunk as u64);
-                for (((x, y), heading), log_scale) in xs.iter_mut().zip(ys).zip(headings).zip(log_scales) {
-                    *x += by.metres * normal(&mut rng);
-                    *y += by.metres * normal(&mut rng);
-                    *heading += by.heading_rad * normal(&mut rng);
-                    *log_scale = mean + keep * (*log_scale - mean) + jitter * normal(&mut rng);
+                let poses = xs.iter_mut().zip(ys).zip(headings).zip(log_scales);
+                for (particle, (((x, y), heading), log_scale)) in ((chunk * CHUNK) as u32..).zip(poses) {
+                    let [a, b, c, d] = chance.normals(particle);
+                    *x += by.metres * a;
+                    *y += by.metres * b;
+                    *heading += by.heading_rad * c;
+                    *log_scale = mean + keep * (*log_scale - mean) + jitter * d;
                 }
             },
         );
@@ -171,6 +190,52 @@ impl Particles {
     }
 }
 
+/// How many teeth, at 0, 1, 2 …, stand at or before this.
+#[inline(always)]
+fn teeth_up_to(swept: f64) -> usize {
+    (swept + 1.0).max(0.0) as u32 as usize
+}
+
+/// Names for each tooth the particle that it hits. `before` is where the chunk begins, counted from its first tooth in distances
+/// of teeth; `first` is the index of its first particle.
+fn comb(teeth: &mut [u32], before: f64, weights: &[f32], per_weight: f64, first: u32) {
+    let (mut swept, mut next) = (before, 0);
+    for (particle, weight) in (first..).zip(weights) {
+        // Each particle signs for the next tooth until another does, and keeps it when it reaches it: no branch to mispredict.
+        let Some(tooth) = teeth.get_mut(next) else { break };
+        *tooth = if *weight > 0.0 { particle } else { *tooth };
+        swept += f64::from(*weight) * per_weight;
+        next = teeth_up_to(swept).max(next);
+    }
+    // Teeth that a particle jumped over are its own; indices rise, so they are the largest so far. A first one that nobody signed
+    // for hangs on particles without weight only: round-off; any of the chunk will do.
+    let mut own = first;
+    for tooth in teeth {
+        own = own.max(*tooth);
+        *tooth = own;
+    }
+}
+
+/// The largest of all; −∞ of none. Eight at a time: a single running maximum waits for itself.
+fn largest(values: &[f32]) -> f32 {
+    let mut lanes = [f32::NEG_INFINITY; 8];
+    let (eights, rest) = values.as_chunks::<8>();
+    for eight in eights {
+        lanes.iter_mut().zip(eight).for_each(|(lane, value)| *lane = if *value > *lane { *value } else { *lane });
+    }
+    lanes.iter().chain(rest).fold(f32::NEG_INFINITY, |a, b| a.max(*b))
+}
+
+/// The sum of `f` over all values, in double precision, eight sums at a time in a fixed order.
+fn sum_of(values: &[f32], f: impl Fn(f64) -> f64) -> f64 {
+    let mut lanes = [0.0f64; 8];
+    let (eights, rest) = values.as_chunks::<8>();
+    for eight in eights {
+        lanes.iter_mut().zip(eight).for_each(|(lane, value)| *lane += f(f64::from(*value)));
+    }
+    lanes.iter().sum::<f64>() + rest.iter().map(|v| f(f64::from(*v))).sum::<f64>()
+}
+
 /// The angle in (−π, π] nearest to what f32 arithmetic made of it.
 pub(crate) fn wrapped(angle: f32) -> f32 {
     wrap_angle(f64::from(angle)) as f32
@@ -200,6 +265,35 @@ mod tests {
         for (i, weight) in weights.iter().enumerate() {
             let copies = ancestors.iter().filter(|a| **a as usize == i).count() as f32;
             assert!((copies - 1000.0 * weight).abs() <= 1.0, "{copies} copies of weight {weight}");
+        }
+    }
+
+    #[test]
+    fn a_large_cloud_is_combed_as_one_sweep_would() {
+        // Three chunks and a bit, the third without weight, half of the others without.
+        let chance = Chance::new(Seed(4), "test");
+        let mut cloud = Particles::default();
+        for i in 0..3 * CHUNK as u32 + 100 {
+            cloud.push(i as f32, 0.0, 0.0, 0.0);
+        }
+        let weight = |i: usize| if i / CHUNK == 2 { 0.0 } else { chance.normals(i as u32)[0].max(0.0) };
+        cloud.weight = (0..cloud.len()).map(weight).collect();
+        let total: f64 = cloud.weight.iter().map(|w| f64::from(*w)).sum();
+        for (count, offset) in [(10, 0.3), (9_000, 0.999), (30_000, 0.0), (1, 0.5)] {
+            let ancestors = cloud.ancestors(count, offset);
+            let (mut index, mut swept) = (0, f64::from(cloud.weight[0]));
+            let mut differ = 0;
+            for (tooth, ancestor) in ancestors.iter().enumerate() {
+                while swept < (tooth as f64 + offset) * total / count as f64 && index + 1 < cloud.len() {
+                    index += 1;
+                    swept += f64::from(cloud.weight[index]);
+                }
+                differ += usize::from(*ancestor as usize != index);
+                assert!(cloud.weight[*ancestor as usize] > 0.0 || offset == 0.0 && tooth == 0, "tooth {tooth} hangs on nothing");
+            }
+            // Teeth on the border of two particles fall by round-off.
+            assert!(differ <= 1 + count / 10_000, "{differ} of {count} teeth differ");
+            assert!(ancestors.is_sorted());
         }
     }
 

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::banded::{Chain, Covariances};
 use crate::calibrate::{Calibration, Grouped};
-use crate::field::Field;
+use crate::faces::Field;
 use crate::filter::LocateOptions;
 use crate::likelihood::Ray;
 use crate::motion::Motion;

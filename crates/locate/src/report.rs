@@ -12,6 +12,7 @@ use planwalk_types::{Body, Estimate, FloorPlan, Hypothesis, Odom, Path, PlanPose
 use rayon::prelude::*;
 
 use crate::LocateError;
+use crate::chance::Chance;
 use crate::filter::{LocateOptions, carry};
 use crate::modes::{Bins, Modes};
 use crate::motion::{Motion, MoveSampler, NoiseFloor};
@@ -128,14 +129,15 @@ impl<'a> Recipe<'a> {
 
     fn predict_and_weigh(&mut self, motion: &Motion, seed: Seed) {
         let sampler = MoveSampler::new(motion, &self.options.noise_floor, self.options.metres_per_unit);
+        let chance = Chance::new(seed, "move");
         let (walls, scale) = (&self.walls, self.options.metres_per_unit as f32);
         let cloud = &mut self.cloud;
         let poses = (cloud.x.par_chunks_mut(CHUNK), cloud.y.par_chunks_mut(CHUNK), cloud.heading.par_chunks_mut(CHUNK));
         (poses.0, poses.1, poses.2, cloud.log_weight.par_chunks_mut(CHUNK)).into_par_iter().enumerate().for_each(
             |(chunk, (xs, ys, headings, log_weights))| {
-                let mut rng = seed.derive("move", chunk as u64);
                 for i in 0..xs.len() {
-                    let [forward, left, turn] = sampler.draw(&mut rng);
+                    let [a, b, c, _] = chance.normals((chunk * CHUNK + i) as u32);
+                    let [forward, left, turn] = sampler.shape([a, b, c]);
                     let (s, c) = libm::sincosf(headings[i]);
                     let x = xs[i] + scale * (c * forward - s * left);
                     let y = ys[i] + scale * (s * forward + c * left);

@@ -9,6 +9,8 @@
 
 use rayon::prelude::*;
 
+use crate::approx;
+use crate::cast::BLOCK;
 use crate::particles::{CHUNK, Particles};
 use crate::prior::ScalePrior;
 
@@ -39,18 +41,28 @@ impl Survival {
         Self { low, per_log: (BINS as f64 / (8.0 * sigma)) as f32, before: [0.0; BINS], after: [0.0; BINS] }
     }
 
-    #[inline]
-    fn bin(&self, log_scale: f32) -> usize {
-        (((log_scale - self.low) * self.per_log) as usize).min(BINS - 1)
+    #[inline(always)]
+    fn bin(&self, log_scale: f32) -> i32 {
+        let bin = (log_scale - self.low) * self.per_log;
+        let bin = if bin > 0.0 { bin } else { 0.0 };
+        approx::floor(if bin < BINS as f32 { bin } else { BINS as f32 - 1.0 })
     }
 
-    /// A particle of this weight met walls and ground that cost it `nats` (at most 0).
-    #[inline]
-    pub(crate) fn add(&mut self, log_scale: f32, weight: f32, nats: f32) {
-        let bin = self.bin(log_scale);
-        self.before[bin] += f64::from(weight);
-        // Most particles meet nothing.
-        self.after[bin] += f64::from(if nats == 0.0 { weight } else { weight * libm::expf(nats) });
+    /// Particles of these weights, at most [`BLOCK`], met walls and ground that cost them `nats` (at most 0).
+    #[inline(always)]
+    pub(crate) fn add_block(&mut self, log_scales: &[f32], weights: &[f32], nats: &[f32]) {
+        let count = nats.len().min(BLOCK);
+        let (log_scales, weights, nats) = (&log_scales[..count], &weights[..count], &nats[..count]);
+        let (mut bins, mut after) = ([0; BLOCK], [0.0; BLOCK]);
+        for i in 0..count {
+            bins[i] = self.bin(log_scales[i]);
+            after[i] = weights[i] * approx::exp(nats[i]);
+        }
+        for i in 0..count {
+            let bin = bins[i] as usize % BINS;
+            self.before[bin] += f64::from(weights[i]);
+            self.after[bin] += f64::from(after[i]);
+        }
     }
 
     pub(crate) fn with(mut self, other: &Self) -> Self {
@@ -92,7 +104,7 @@ impl Survival {
         }
         cloud.log_weight.par_chunks_mut(CHUNK).zip(cloud.log_scale.par_chunks(CHUNK)).for_each(|(weights, scales)| {
             for (weight, scale) in weights.iter_mut().zip(scales) {
-                *weight += back[self.bin(*scale)];
+                *weight += back[self.bin(*scale) as usize % BINS];
             }
         });
     }
@@ -113,7 +125,7 @@ mod tests {
             let nats = if i % 4 < 2 { 0.0 } else { libm::logf((2.0 * survives - 1.0).max(1e-3)) };
             cloud.push(0.0, 0.0, 0.0, log_scale);
             cloud.log_weight[i] = nats;
-            survival.add(log_scale, 1.0 / 4000.0, nats);
+            survival.add_block(&[log_scale], &[1.0 / 4000.0], &[nats]);
         }
         survival.make_fair(&mut cloud, 1000.0);
         cloud.normalize();
@@ -145,7 +157,7 @@ mod tests {
             let (log_scale, nats) = if i % 2 == 0 { (0.0, 0.0) } else { (0.5, -3.7) };
             cloud.push(0.0, 0.0, 0.0, log_scale);
             cloud.log_weight[i] = nats;
-            survival.add(log_scale, 1e-3, nats);
+            survival.add_block(&[log_scale], &[1e-3], &[nats]);
         }
         survival.make_fair(&mut cloud, 1000.0);
         cloud.normalize();
