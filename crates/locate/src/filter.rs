@@ -359,7 +359,10 @@ impl<'a> Localizer<'a> {
         let believed =
             ScalePrior { metres_per_unit: libm::exp(log_scale), relative_sigma: sigma.max(0.02).min(options.scale.relative_sigma) };
         let scale = if due == Due::Check { believed } else { options.scale };
-        let looked = look(atlas, &self.walls, &self.scorer, &scene, &LocateOptions { scale, ..options.clone() });
+        // What speaks for the place that is believed is older than the last metres: only a rival as good as it counts then.
+        let keep_nats = if due == Due::Check { 0.3 * options.look.keep_nats } else { options.look.keep_nats };
+        let look_options = LookOptions { keep_nats, ..options.look };
+        let looked = look(atlas, &self.walls, &self.scorer, &scene, &LocateOptions { scale, look: look_options, ..options.clone() });
         let best = self.modes.modes.first().map(|m| m.mean);
         let known = |leaf: &Leaf| {
             best.is_some_and(|b| {

@@ -271,11 +271,30 @@ impl View<'_> {
         self.scorer.fate(self.walls, &mut cast, aim.range * self.walls.per_m, aim.row, self.end_cell(&aim))
     }
 
-    /// Nats of all rays together from this pose, not tempered: what [`View::add_nats`] comes to.
+    /// Nats of all rays together from this pose, not tempered: what [`View::add_nats`] must come to.
+    #[cfg(test)]
     pub(crate) fn nats(&self, x: f32, y: f32, heading: f32, log_scale: f32) -> f32 {
         let (scale, turn) = (approx::exp(log_scale), approx::sin_cos(heading));
         let sum = self.rays.len() as f32 * log_scale;
         self.rays.iter().fold(sum, |sum, ray| sum + self.fate(ray, x, y, turn, scale).nats)
+    }
+
+    /// Nats of all rays together from this pose, not tempered; `None` where that is below `floor`. No ray is worth more than its end would be after nothing but air;
+    /// from that sum the rays are cast one by one until it is decided.
+    pub(crate) fn nats_at_least(&self, x: f32, y: f32, heading: f32, log_scale: f32, floor: f32) -> Option<f32> {
+        let (scale, turn) = (approx::exp(log_scale), approx::sin_cos(heading));
+        let best = |ray: &ViewRay| {
+            let aim = self.aim(ray, x, y, turn, scale);
+            self.scorer.ends[aim.row as usize * 512 + usize::from(self.walls.key(self.end_cell(&aim)))]
+        };
+        let mut sum = self.rays.iter().fold(self.rays.len() as f32 * log_scale, |sum, ray| sum + best(ray));
+        for ray in &self.rays {
+            if sum < floor {
+                return None;
+            }
+            sum += self.fate(ray, x, y, turn, scale).nats - best(ray);
+        }
+        (sum >= floor).then_some(sum)
     }
 
     /// Adds `temper` times the nats of all rays together to `sums`, for at most [`BLOCK`] poses at once.

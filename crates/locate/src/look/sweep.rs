@@ -253,10 +253,7 @@ impl<'a> Sweep<'a> {
                 if *l <= bearable && self.place_nats[at + lane] > f32::NEG_INFINITY {
                     scored += 1;
                     let (x, y) = self.horizon.centre((at + lane) % self.horizon.width, (at + lane) / self.horizon.width);
-                    let leaf = self.leaf(x, y, horizon::angle(direction), log_scale as f32);
-                    if leaf.nats >= bar {
-                        leaves.push(leaf);
-                    }
+                    leaves.extend(self.leaf(x, y, horizon::angle(direction), log_scale as f32, bar));
                 }
             }
             bearable
@@ -270,23 +267,28 @@ impl<'a> Sweep<'a> {
         (units >= 0.0).then_some(units.min(254.0) as u8)
     }
 
-    /// The exact score of a pose of the reference.
-    fn leaf(&self, x: f32, y: f32, heading: f32, log_scale: f32) -> Leaf {
-        let mut nats = self.temper as f32 * self.view.nats(x, y, heading, log_scale);
-        nats += self.log_prior(f64::from(log_scale)) as f32 + self.place(x, y);
-        let scale = libm::expf(log_scale);
+    /// A pose of the reference with its exact score; `None` where that is below `bar`.
+    fn leaf(&self, x: f32, y: f32, heading: f32, log_scale: f32, bar: f32) -> Option<Leaf> {
+        let prior = self.log_prior(f64::from(log_scale)) as f32 + self.place(x, y);
+        let floor = (bar - prior) / self.temper as f32;
+        let seen = self.view.nats_at_least(x, y, heading, log_scale, floor)?;
+        let nats = self.temper as f32 * seen + prior - self.way_cost(x, y, heading, libm::expf(log_scale));
+        (nats >= bar).then_some(Leaf { x, y, heading, log_scale, nats })
+    }
+
+    /// What the way costs among walls and grounds, nats.
+    fn way_cost(&self, x: f32, y: f32, heading: f32, scale: f32) -> f32 {
         let (s, c) = libm::sincosf(heading);
-        let mut last: Option<(f32, f32)> = None;
+        let (mut cost, mut last) = (0.0, None);
         for point in &self.scene.way {
             let (a, b) = (scale * point.0 as f32, scale * point.1 as f32);
-            let here = (x + c * a - s * b, y + s * a + c * b);
-            if let Some(from) = last {
-                nats += self.walls.crossings(from.0, from.1, here.0, here.1) as f32 * self.leak_nats as f32;
-                nats -= self.walls.ground_cost(here.0, here.1, (here.0 - from.0).hypot(here.1 - from.1));
+            let here: (f32, f32) = (x + c * a - s * b, y + s * a + c * b);
+            if let Some(from) = last.replace(here) {
+                cost -= self.walls.crossings(from.0, from.1, here.0, here.1) as f32 * self.leak_nats as f32;
+                cost += self.walls.ground_cost(here.0, here.1, (here.0 - from.0).hypot(here.1 - from.1));
             }
-            last = Some(here);
         }
-        Leaf { x, y, heading, log_scale, nats }
+        cost
     }
 
     fn place(&self, x: f32, y: f32) -> f32 {
@@ -296,21 +298,21 @@ impl<'a> Sweep<'a> {
     /// The score at the top of the hill that this cell is on.
     pub(super) fn climb(&self, cell: usize, (direction, log_scale): (usize, f64)) -> f32 {
         let (x, y) = self.horizon.centre(cell % self.horizon.width, cell / self.horizon.width);
-        let mut best = self.leaf(x, y, horizon::angle(direction), log_scale as f32);
+        let mut pose = [x, y, horizon::angle(direction), log_scale as f32];
+        let score = |pose: [f32; 4], bar: f32| self.leaf(pose[0], pose[1], pose[2], pose[3], bar).map(|leaf| leaf.nats);
+        let Some(mut best) = score(pose, f32::MIN) else { return f32::NEG_INFINITY };
         for step in [1.0f32, 0.5] {
-            let moves = [(0, 0.5 * CELL_M * step), (1, 0.5 * CELL_M * step), (2, 0.02 * step), (3, 0.02 * step)];
-            for (axis, by) in moves {
-                for sign in [-1.0, 1.0] {
-                    let mut pose = [best.x, best.y, best.heading, best.log_scale];
-                    pose[axis] += sign * by;
-                    let other = self.leaf(pose[0], pose[1], pose[2], pose[3]);
-                    if other.nats > best.nats {
-                        best = other;
+            for (axis, by) in [0.5 * CELL_M, 0.5 * CELL_M, 0.02, 0.02].into_iter().enumerate() {
+                for by in [-step * by, step * by] {
+                    let mut other = pose;
+                    other[axis] += by;
+                    if let Some(nats) = score(other, best) {
+                        (pose, best) = (other, nats);
                     }
                 }
             }
         }
-        best.nats
+        best
     }
 
     /// From the reference pose to the window's end.
