@@ -4,7 +4,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use planwalk_locate::bench_entry::{Cloud, office};
 
 fn steps(criterion: &mut Criterion) {
-    let Ok(plan) = office() else { return };
+    let Ok(plan) = office(100.0, 5) else { return };
     for (name, rays, counts) in [("walls", 0, &[2_000, 20_000, 200_000, 2_000_000][..]), ("walls and 16 sightings", 16, &[2_000, 200_000])]
     {
         for threads in [1, 2] {

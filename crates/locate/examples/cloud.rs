@@ -11,7 +11,7 @@ fn main() {
     let number = |i: usize, otherwise: usize| numbers.get(i).copied().unwrap_or(otherwise);
     let (particles, steps, rays, threads) = (number(0, 200_000), number(1, 20), number(2, 0), number(3, 1));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let Ok(plan) = office() else { return };
+    let Ok(plan) = office(100.0, 5) else { return };
     let run = || {
         let mut cloud = Cloud::new(&plan, particles);
         cloud.step(rays);

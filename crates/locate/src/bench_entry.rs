@@ -1,7 +1,7 @@
 //! What do benches run? The filter's core alone: odometry and walls, then resampling where it is needed. No public promise.
 
 use nalgebra::Matrix3;
-use planwalk_types::{FloorPlan, PlanError, Pt2, Seed, Stamp, Step, Wall};
+use planwalk_types::{FloorPlan, Path, PlanError, Pt2, Seed, Sighting, Stamp, Step, Wall};
 
 use crate::filter::LocateOptions;
 use crate::likelihood::{Ray, Scorer};
@@ -9,27 +9,30 @@ use crate::motion::Motion;
 use crate::particles::{Particles, Roughening};
 use crate::predict::predict_and_weigh;
 use crate::prior::{self, ScalePrior};
-use crate::walls::Walls;
+use crate::walls::{GroundCosts, Walls};
 
-/// An office building of 100 m × 60 m on a grid of 5 cm: corridors between rows of rooms of different widths, with doorways.
+/// An office building of `width_m` × 12 m a block, on a grid of 5 cm: corridors between rows of rooms of different widths, with
+/// doorways. The usual bench has 100 m and five blocks.
 ///
 /// # Errors
-/// None: the walls are drawn from constants, and are a plan.
-pub fn office() -> Result<FloorPlan, PlanError> {
+/// [`PlanError`] for a size that is none.
+pub fn office(width_m: f64, blocks: i32) -> Result<FloorPlan, PlanError> {
     let mut walls = Vec::new();
     let mut wall = |x0: f64, y0: f64, x1: f64, y1: f64| walls.push(Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) });
-    for (from, to) in [((0.0, 0.0), (100.0, 0.0)), ((100.0, 0.0), (100.0, 60.0)), ((100.0, 60.0), (0.0, 60.0)), ((0.0, 60.0), (0.0, 0.0))] {
-        wall(from.0, from.1, to.0, to.1);
-    }
-    // Five corridors of 2 m; rooms of 5 m depth on both sides.
-    for block in 0..5 {
+    let height_m = 12.0 * f64::from(blocks);
+    wall(0.0, 0.0, width_m, 0.0);
+    wall(width_m, 0.0, width_m, height_m);
+    wall(width_m, height_m, 0.0, height_m);
+    wall(0.0, height_m, 0.0, 0.0);
+    // A corridor of 2 m in each block; rooms of 5 m depth on both sides.
+    for block in 0..blocks {
         let corridor = 5.0 + 12.0 * f64::from(block);
         for (side, (y, depth)) in [(corridor, -5.0), (corridor + 2.0, 5.0)].into_iter().enumerate() {
             let mut x: f64 = 0.0;
             let mut room = block * 7 + side as i32 * 3;
-            while x < 100.0 {
+            while x < width_m {
                 let width: f64 = [3.0, 4.5, 3.6, 6.0, 2.8][(room % 5) as usize];
-                let end = (x + width).min(100.0);
+                let end = (x + width).min(width_m);
                 wall(x, y, x + 0.4, y);
                 wall((x + 1.3).min(end), y, end, y);
                 wall(end, y, end, y + depth);
@@ -38,11 +41,31 @@ pub fn office() -> Result<FloorPlan, PlanError> {
         }
         if block > 0 {
             let y = corridor - 5.0;
-            wall(0.0, y, 49.0, y);
-            wall(51.0, y, 100.0, y);
+            wall(0.0, y, 0.49 * width_m, y);
+            wall(0.51 * width_m, y, width_m, y);
         }
     }
     FloorPlan::from_walls(&walls, 0.05, 0.5)
+}
+
+/// A walk of 8 m along the first corridor of [`office`] and what is seen on it, a third of it furniture.
+pub fn corridor_walk(plan: &FloorPlan) -> (Path, Vec<Sighting>) {
+    let walls = Walls::new(plan, GroundCosts::default());
+    let stamp = |i: i64| Stamp(200_000_000 * i);
+    let covariance = Matrix3::from_diagonal(&nalgebra::Vector3::new(4e-4, 4e-4, 3e-4));
+    let (mut path, mut seen) = (Path::default(), Vec::new());
+    for i in 0..48 {
+        path.steps.push(Step { from: stamp(i), to: stamp(i + 1), forward: 0.2, left: 0.0, turn_rad: 0.0, covariance, unit_change: 0.0 });
+        let (x, y) = (10.0 + 0.2 * i as f64 - plan.origin().x, 6.1 - plan.origin().y);
+        for k in 0..24 {
+            let bearing_rad = 0.05 * (f64::from(k) - 11.5);
+            let (s, c) = libm::sincos(bearing_rad);
+            let short = if (k + i as i32) % 3 == 0 { 0.6 } else { 1.0 };
+            let range = short * f64::from(walls.cast(x as f32, y as f32, c as f32, s as f32, 15.0));
+            seen.push(Sighting { stamp: stamp(i + 1), bearing_rad, range, sigma: 0.04 * range });
+        }
+    }
+    (path, seen)
 }
 
 /// A cloud in a plan.

@@ -1,11 +1,15 @@
 //! Where on the plan can the last metres have been? Everywhere is looked at, before any particle falls there.
 //!
-//! window of way + sightings ──bounds for every cell, heading and scale──▶ what may be good ──exact score──▶ leaves ──▶ modes
+//! window of way + sightings ──estimate for every cell, heading and scale──▶ what may be good ──exact score──▶ leaves ──▶ modes
 //!
-//! Branch and bound on four dimensions (x, y, heading, scale), as correlative scan matching does it on three (Olson 2009; Hess et
-//! al. 2016): a bound that no pose of a cell can beat decides whether the cell is looked into. The bound is the horizon's
-//! ([`horizon`]): a sighting that is farther than any wall there goes through one, one that is nearer than all is furniture.
-//! Sixteen cells are bounded by one instruction. What is skipped is by [`LookOptions::keep_nats`] worse than the best place.
+//! Coarse to fine over four dimensions (x, y, heading, scale), as correlative scan matching does it over three (Olson 2009; Hess
+//! et al. 2016). Every third heading and scale sets the bar; groups of nine that come near it are gone through; and only cells
+//! that may reach it are scored, ray by ray, until that is decided. The estimate of a cell is a sum of looked-up losses
+//! ([`sweep`]), for 64 cells at a time.
+//! Departs from the sources in that the estimate is not a strict bound. Strict ones (nearest and farthest wall over all that a cell
+//! spans) were tried on a real plan: 85 nats too kind, where random places are 70 to 90 worse than the truth, they ruled out
+//! nothing. The estimate errs by about 3 nats; [`sweep::SLACK_NATS`] and [`GROUP_SLACK_NATS`] leave room for that, and a test asks
+//! every cell one by one. What is skipped is by [`LookOptions::keep_nats`] worse than the best place.
 //! Pitfall: the window must be stiff; over tens of metres odometry drifts, and no rigid placement fits.
 
 mod horizon;
@@ -37,7 +41,7 @@ pub struct FirstLook {
     pub places: Vec<Hypothesis>,
     /// Cells of (x, y, heading, scale) that are within [`LookOptions::keep_nats`] of the best one.
     pub kept: usize,
-    /// Cells that were scored exactly; the bound ruled the others out.
+    /// Cells that were scored; the estimate ruled the others out.
     pub scored: usize,
     /// Cells there are.
     pub cells: usize,
@@ -279,4 +283,98 @@ fn groups(scales: &[f64]) -> Vec<Vec<(usize, f64)>> {
         }
     }
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::likelihood::Ray;
+    use planwalk_types::{Pt2, Wall};
+
+    /// An L of two rooms with a door, 9 m × 6 m.
+    fn plan() -> FloorPlan {
+        let wall = |x0: f64, y0: f64, x1: f64, y1: f64| Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) };
+        let walls = [
+            wall(0.0, 0.0, 9.0, 0.0),
+            wall(9.0, 0.0, 9.0, 3.5),
+            wall(9.0, 3.5, 4.0, 3.5),
+            wall(4.0, 3.5, 4.0, 6.0),
+            wall(4.0, 6.0, 0.0, 6.0),
+            wall(0.0, 6.0, 0.0, 0.0),
+            wall(4.0, 0.0, 4.0, 1.4),
+            wall(4.0, 2.4, 4.0, 3.5),
+        ];
+        FloorPlan::from_walls(&walls, 0.05, 1.0).unwrap()
+    }
+
+    /// From (1.5, 1.5) through the door to (5.5, 2), looking about; units of 1/`scale` m; every third thing seen is furniture.
+    fn scene(walls: &Walls, scale: f64) -> Scene {
+        let (mut rays, mut way) = (Vec::new(), Vec::new());
+        for i in 0..8 {
+            let (x, y) = (2.5 + 4.0 * f64::from(i) / 7.0, 2.5 + 0.5 * f64::from(i) / 7.0);
+            // The reference is in the middle, and looks along x.
+            let from = ((x - 4.5) / scale, (y - 2.75) / scale);
+            way.push(from);
+            for k in -2..=2 {
+                let (s, c) = libm::sincos(0.35 * f64::from(k) + 0.2 * f64::from(i % 3 - 1));
+                let short = if rays.len() % 3 == 0 { 0.6 } else { 1.0 };
+                let range = short * f64::from(walls.cast(x as f32, y as f32, c as f32, s as f32, 12.0)) / scale;
+                rays.push(Ray { from, to: (from.0 + range * c, from.1 + range * s), sigma: 0.04 * range });
+            }
+        }
+        // As many as the filter would have used over this way.
+        let counted = 8 * rays.len();
+        Scene { rays, way, to_end: Motion::none(), counted }
+    }
+
+    fn options(relative_sigma: f64) -> LocateOptions {
+        LocateOptions::new(Seed(1), ScalePrior { metres_per_unit: 1.0, relative_sigma })
+    }
+
+    #[test]
+    fn nothing_that_scores_is_skipped() {
+        let (plan, options) = (plan(), options(0.03));
+        let walls = Walls::new(&plan, options.ground);
+        let scorer = Scorer::new(&options.sightings, &walls);
+        let atlas = Atlas::new(&plan, &walls);
+        let scene = scene(&walls, 1.03);
+        let looked = look(&atlas, &walls, &scorer, &scene, &options);
+        let best = looked.leaves[0].nats;
+        let bar = best - options.look.keep_nats as f32;
+        // Every cell, heading and scale, one by one.
+        let sweep = Sweep::new(&atlas, &walls, &scorer, &scene, &options);
+        let scales = scales(&options.scale, options.look.scale_sigmas);
+        let pairs: Vec<(usize, f64)> = scales.iter().flat_map(|s| (0..horizon::DIRECTIONS).map(move |k| (k, *s))).collect();
+        let all: usize = pairs.par_iter().map(|pair| sweep.every_leaf(*pair, bar)).sum();
+        assert!(all > 10 && looked.leaves.len() == all, "{} of {all} found", looked.leaves.len());
+        // Most is never scored.
+        assert!(looked.scored * 20 < looked.cells, "{} of {} scored", looked.scored, looked.cells);
+    }
+
+    #[test]
+    fn the_place_and_the_scale_are_found_wherever_one_looks_from() {
+        let (plan, options) = (plan(), options(0.2));
+        let walls = Walls::new(&plan, options.ground);
+        let scorer = Scorer::new(&options.sightings, &walls);
+        let atlas = Atlas::new(&plan, &walls);
+        let looked = look(&atlas, &walls, &scorer, &scene(&walls, 1.25), &options);
+        let best = looked.leaves[0];
+        // A cell's half diagonal, and a step of heading and scale.
+        assert!((best.x - 4.5).hypot(best.y - 2.75) < 0.3, "{best:?}");
+        assert!(best.heading.abs() < 0.07 && (best.log_scale - libm::logf(1.25)).abs() < 0.06, "{best:?}");
+    }
+
+    #[test]
+    fn particles_are_drawn_where_the_leaves_are() {
+        let leaf = |x: f32, nats: f32| Leaf { x, y: 0.0, heading: 0.0, log_scale: 0.0, nats };
+        let looked = Looked { leaves: vec![leaf(0.0, 0.0), leaf(5.0, -2.0)], scored: 2, cells: 2 };
+        let cloud = looked.draw(2000, Seed(3));
+        let worse: Vec<usize> = (0..cloud.len()).filter(|i| cloud.x[*i] > 2.5).collect();
+        let weight: f64 = worse.iter().map(|i| f64::from(cloud.weight[*i])).sum();
+        // e⁻¹ : 1 in number, e⁻² : 1 in weight; systematic drawing is off by one particle.
+        let (count, mass) = (2000.0 / (1.0 + std::f64::consts::E), 1.0 / (1.0 + libm::exp(2.0)));
+        assert!((worse.len() as f64 - count).abs() < 2.0 && (weight - mass).abs() < 2e-3, "{} weigh {weight}", worse.len());
+        let (elsewhere, share) = looked.without(|l| l.x < 1.0);
+        assert!(elsewhere.leaves.len() == 1 && (share - mass).abs() < 1e-9, "{share}");
+    }
 }
