@@ -1,0 +1,353 @@
+//! How are the cells of a plan tested sixty-four at a time? Grids of bits, shifted against each other.
+//!
+//! A [`Bitmap`] holds a grid with a margin of empty cells around it, so that shifts by a few cells lose nothing at the edges.
+//! A [`Survivors`] holds only those words of a grid in which a cell is left: what is looked at again and again gets shorter.
+
+use std::ops::Range;
+
+/// A grid of bits: 64 cells a word, rows padded to whole words.
+#[derive(Debug, Clone)]
+pub(super) struct Bitmap {
+    words: Vec<u64>,
+    per_row: usize,
+    /// Columns with the margin.
+    width: usize,
+    /// Rows with the margin.
+    height: usize,
+    margin: usize,
+    /// Rows outside of which nothing is set.
+    rows: Range<usize>,
+}
+
+impl Bitmap {
+    /// The cells of a `width` × `height` grid that `hold` names by (column, row), with a margin of empty cells.
+    pub(super) fn of(width: usize, height: usize, margin: usize, mut hold: impl FnMut(usize, usize) -> bool) -> Self {
+        let (padded_width, padded_height) = (width + 2 * margin, height + 2 * margin);
+        let per_row = padded_width.div_ceil(64);
+        let mut words = vec![0u64; per_row * padded_height];
+        for row in 0..height {
+            for column in 0..width {
+                if hold(column, row) {
+                    let (column, row) = (column + margin, row + margin);
+                    words[row * per_row + column / 64] |= 1 << (column % 64);
+                }
+            }
+        }
+        Self { words, per_row, width: padded_width, height: padded_height, margin, rows: margin..margin + height }
+    }
+
+    /// A grid of the same size with nothing in it.
+    pub(super) fn emptied(&self) -> Self {
+        Self { words: vec![0; self.words.len()], rows: 0..0, ..*self }
+    }
+
+    /// Whether nothing is set.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rows.start >= self.rows.end
+    }
+
+    /// Whether a cell of the grid, without the margin, is set.
+    #[cfg(test)]
+    pub(super) fn holds(&self, column: usize, row: usize) -> bool {
+        let (column, row) = (column + self.margin, row + self.margin);
+        self.words[row * self.per_row + column / 64] >> (column % 64) & 1 == 1
+    }
+
+    fn row(&self, row: usize) -> &[u64] {
+        &self.words[row * self.per_row..(row + 1) * self.per_row]
+    }
+
+    /// Bits of the word `i` of a row, after the row is moved so that column c holds what column `c + dx` held.
+    #[inline]
+    fn moved_word(&self, row: i64, i: i64, shift_bits: u32) -> u64 {
+        if row < 0 || row >= self.height as i64 {
+            return 0;
+        }
+        let line = self.row(row as usize);
+        let at = |i: i64| usize::try_from(i).ok().and_then(|i| line.get(i)).copied().unwrap_or(0);
+        let high = if shift_bits == 0 { 0 } else { at(i + 1) << (64 - shift_bits) };
+        at(i) >> shift_bits | high
+    }
+
+    /// Keeps the cells c for which `other` holds c + (dx, dy).
+    pub(super) fn and_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) {
+        let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
+        let (mut first, mut last) = (usize::MAX, 0);
+        for row in self.rows.clone() {
+            let source = row as i64 + dy;
+            let words = &mut self.words[row * self.per_row..(row + 1) * self.per_row];
+            if source < 0 || source >= other.height as i64 {
+                words.fill(0);
+                continue;
+            }
+            if and_row(words, other.row(source as usize), shift_words, shift_bits) {
+                first = first.min(row);
+                last = row;
+            }
+        }
+        self.rows = if first == usize::MAX { 0..0 } else { first..last + 1 };
+    }
+
+    /// Adds the cells c for which `other` holds c + (dx, dy).
+    pub(super) fn or_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) {
+        let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
+        let within = |row: i64| row.clamp(0, self.height as i64) as usize;
+        let target = within(other.rows.start as i64 - dy)..within(other.rows.end as i64 - dy);
+        for row in target.clone() {
+            for i in 0..self.per_row {
+                let more = other.moved_word(row as i64 + dy, i as i64 + shift_words, shift_bits);
+                self.words[row * self.per_row + i] |= more;
+            }
+            self.trim(row);
+        }
+        self.cover(target);
+    }
+
+    /// Bits past the last column are no cells.
+    fn trim(&mut self, row: usize) {
+        let used = self.width % 64;
+        if used > 0 {
+            self.words[(row + 1) * self.per_row - 1] &= (1 << used) - 1;
+        }
+    }
+
+    fn cover(&mut self, rows: Range<usize>) {
+        if rows.start >= rows.end {
+            return;
+        }
+        self.rows = if self.is_empty() { rows } else { self.rows.start.min(rows.start)..self.rows.end.max(rows.end) };
+    }
+
+    /// Adds each cell's neighbours in its row, or in its column.
+    pub(super) fn grow(&mut self, along_row: bool) {
+        if self.is_empty() {
+            return;
+        }
+        if along_row {
+            for row in self.rows.clone() {
+                let line = &mut self.words[row * self.per_row..(row + 1) * self.per_row];
+                let mut before = 0u64;
+                for i in 0..line.len() {
+                    let (here, after) = (line[i], line.get(i + 1).copied().unwrap_or(0));
+                    line[i] = here | here << 1 | before >> 63 | here >> 1 | after << 63;
+                    before = here;
+                }
+                self.trim(row);
+            }
+            return;
+        }
+        let rows = self.rows.start.saturating_sub(1)..(self.rows.end + 1).min(self.height);
+        let mut below = vec![0u64; self.per_row];
+        for row in rows.clone() {
+            let (head, tail) = self.words.split_at_mut((row + 1) * self.per_row);
+            let line = &mut head[row * self.per_row..];
+            for i in 0..line.len() {
+                let here = line[i];
+                line[i] |= below[i] | tail.get(i).copied().unwrap_or(0);
+                below[i] = here;
+            }
+        }
+        self.rows = rows;
+    }
+
+    /// The cells c for which this grid holds one of the `side` × `side` cells from c on, rightwards and upwards.
+    pub(super) fn windows(&self, side: usize) -> Self {
+        let mut windows = self.clone();
+        for _ in 1..side {
+            let before = windows.clone();
+            for (dx, dy) in [(1, 0), (0, 1), (1, 1)] {
+                windows.or_moved(&before, dx, dy);
+            }
+        }
+        windows
+    }
+
+    /// The set cells (column, row) without the margin; those in the margin are left out.
+    pub(super) fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let whole = self.rows.clone().flat_map(|row| (0..self.per_row).map(move |i| (row, i)));
+        let chunks = whole.map(|(row, i)| (row, i, self.words[row * self.per_row + i])).filter(|(_, _, bits)| *bits != 0);
+        chunks.flat_map(|(row, i, bits)| bits_of(bits).map(move |bit| (64 * i + bit, row))).filter_map(|cell| self.inner(cell))
+    }
+
+    fn inner(&self, (column, row): (usize, usize)) -> Option<(usize, usize)> {
+        let (column, row) = (column.checked_sub(self.margin)?, row.checked_sub(self.margin)?);
+        (column + 2 * self.margin < self.width && row + 2 * self.margin < self.height).then_some((column, row))
+    }
+
+    /// All words in which a cell is set.
+    pub(super) fn survivors(&self) -> Survivors {
+        let mut chunks = Vec::new();
+        for row in self.rows.clone() {
+            for (i, bits) in self.row(row).iter().enumerate().filter(|(_, bits)| **bits != 0) {
+                chunks.push(Chunk { row: row as u32, word: i as u32, bits: *bits });
+            }
+        }
+        Survivors(chunks)
+    }
+
+    /// Adds the survivors, moved by (dx, dy); what leaves the grid is lost.
+    pub(super) fn add(&mut self, survivors: &Survivors, dx: i64, dy: i64) {
+        for chunk in &survivors.0 {
+            let row = i64::from(chunk.row) + dy;
+            if row < 0 || row >= self.height as i64 {
+                continue;
+            }
+            let first = 64 * i64::from(chunk.word) + dx;
+            let (word, bit) = (first.div_euclid(64), first.rem_euclid(64) as u32);
+            let line = row as usize * self.per_row;
+            let mut set = |word: i64, bits: u64| {
+                if word >= 0 && word < self.per_row as i64 {
+                    self.words[line + word as usize] |= bits;
+                }
+            };
+            set(word, chunk.bits << bit);
+            if bit > 0 {
+                set(word + 1, chunk.bits >> (64 - bit));
+            }
+            self.cover(row as usize..row as usize + 1);
+        }
+    }
+
+    /// Adds all cells of another grid of the same size.
+    pub(super) fn or(&mut self, other: &Bitmap) {
+        self.or_moved(other, 0, 0);
+    }
+}
+
+/// `words[i] &=` the moved source; says whether any is left.
+fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32) -> bool {
+    let n = words.len() as i64;
+    // Words for which both words of the source are there take the fast way.
+    let (low, high) = ((-shift_words).clamp(0, n), (n - 1 - shift_words).clamp(0, n));
+    let (low, high) = (low as usize, high.max(low) as usize);
+    let mut any = 0;
+    if low < high {
+        let from = (low as i64 + shift_words) as usize;
+        let (first, second) = (&source[from..from + high - low], &source[from + 1..=from + high - low]);
+        if shift_bits == 0 {
+            for (word, a) in words[low..high].iter_mut().zip(first) {
+                *word &= a;
+                any |= *word;
+            }
+        } else {
+            for ((word, a), b) in words[low..high].iter_mut().zip(first).zip(second) {
+                *word &= a >> shift_bits | b << (64 - shift_bits);
+                any |= *word;
+            }
+        }
+    }
+    let at = |i: i64| usize::try_from(i).ok().and_then(|i| source.get(i)).copied().unwrap_or(0);
+    for i in (0..low).chain(high..words.len()) {
+        let j = i as i64 + shift_words;
+        let more = if shift_bits == 0 { 0 } else { at(j + 1) << (64 - shift_bits) };
+        words[i] &= at(j) >> shift_bits | more;
+        any |= words[i];
+    }
+    any != 0
+}
+
+fn bits_of(bits: u64) -> impl Iterator<Item = usize> {
+    let mut rest = bits;
+    std::iter::from_fn(move || {
+        let bit = rest.trailing_zeros() as usize;
+        rest &= rest.wrapping_sub(1);
+        (bit < 64).then_some(bit)
+    })
+}
+
+/// One word of a grid.
+#[derive(Debug, Clone, Copy)]
+struct Chunk {
+    row: u32,
+    word: u32,
+    bits: u64,
+}
+
+/// The words of a grid in which a cell is left, row by row.
+#[derive(Debug, Clone)]
+pub(super) struct Survivors(Vec<Chunk>);
+
+impl Survivors {
+    /// Whether no cell is left.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Keeps the cells c for which `map` holds c + (dx, dy).
+    pub(super) fn keep(&mut self, map: &Bitmap, dx: i64, dy: i64) {
+        let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
+        self.0.retain_mut(|chunk| {
+            chunk.bits &= map.moved_word(i64::from(chunk.row) + dy, i64::from(chunk.word) + shift_words, shift_bits);
+            chunk.bits != 0
+        });
+    }
+
+    /// The cells (column, row) without the margin of the grid that they come from.
+    pub(super) fn cells<'a>(&'a self, of: &'a Bitmap) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let all = self.0.iter().flat_map(|chunk| bits_of(chunk.bits).map(|bit| (64 * chunk.word as usize + bit, chunk.row as usize)));
+        all.filter_map(|cell| of.inner(cell))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const WIDTH: i64 = 150;
+    const HEIGHT: i64 = 9;
+    const MARGIN: i64 = 3;
+
+    /// Some two thirds of all cells, at random.
+    fn grid(seed: u64) -> Bitmap {
+        let mixed = |c: usize, r: usize| (c as u64 * 31 + r as u64 * 17 + seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 33;
+        Bitmap::of(WIDTH as usize, HEIGHT as usize, MARGIN as usize, |c, r| mixed(c, r) % 3 > 0)
+    }
+
+    fn at(map: &Bitmap, column: i64, row: i64) -> bool {
+        (0..WIDTH).contains(&column) && (0..HEIGHT).contains(&row) && map.holds(column as usize, row as usize)
+    }
+
+    proptest! {
+        #[test]
+        fn shifts_agree_with_single_bits(seed in 0..50u64, dx in -160..160i64, dy in -10..10i64) {
+            let (a, b) = (grid(seed), grid(seed + 1000));
+            let (mut dense, mut sparse) = (a.clone(), a.survivors());
+            dense.and_moved(&b, dx, dy);
+            sparse.keep(&b, dx, dy);
+            let expected: Vec<_> = a.cells().filter(|(c, r)| at(&b, *c as i64 + dx, *r as i64 + dy)).collect();
+            prop_assert_eq!(dense.cells().collect::<Vec<_>>(), expected.clone());
+            prop_assert_eq!(sparse.cells(&a).collect::<Vec<_>>(), expected);
+            let (mut both, mut added) = (a.clone(), a.emptied());
+            both.or_moved(&b, dx, dy);
+            added.add(&b.survivors(), -dx, -dy);
+            for row in 0..HEIGHT {
+                for column in 0..WIDTH {
+                    let moved = at(&b, column + dx, row + dy);
+                    prop_assert_eq!(at(&both, column, row), at(&a, column, row) || moved);
+                    prop_assert_eq!(at(&added, column, row), moved);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn windows_reach_over_the_edge_into_the_margin() {
+        let map = Bitmap::of(5, 5, 3, |c, r| (c, r) == (0, 0));
+        let windows = map.windows(3);
+        let mut start = map.emptied();
+        start.or_moved(&windows, -2, -2);
+        // Shifted back by two cells: the window's corner at (−2, −2) came to (0, 0), and (0, 0) itself to (2, 2).
+        assert!(start.holds(0, 0) && start.holds(2, 2) && !start.holds(3, 3));
+        assert_eq!(windows.cells().collect::<Vec<_>>(), [(0, 0)]);
+    }
+
+    #[test]
+    fn growing_adds_the_neighbours() {
+        let mut map = Bitmap::of(70, 3, 1, |c, r| (c, r) == (63, 1));
+        map.grow(true);
+        assert_eq!(map.cells().collect::<Vec<_>>(), [(62, 1), (63, 1), (64, 1)]);
+        map.grow(false);
+        assert_eq!(map.cells().count(), 9);
+    }
+}
