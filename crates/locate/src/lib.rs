@@ -2,12 +2,13 @@
 //!
 //! path + sightings × plan ──▶ [`localize`]: a particle filter over pose and scale ──▶ posterior, hypotheses, smoothed track, verdict
 //! path × plan ──▶ [`place`]: every start from which a path, perfect or drifting, hits no wall, and every end
-//! plan ──▶ `ambiguity`: how far one must walk to know where one is, and where the plan would fool anyone
+//! plan ──▶ [`ambiguity`]: how far one must walk to know where one is, and where the plan would fool anyone
 //!
 //! The filter is causal and can be fed live ([`Localizer`]); smoothing comes after. "Don't know" is an answer
 //! ([`planwalk_types::Status`]), not an error. Nothing here touches a file, a clock or entropy; the same seed gives the same
 //! bytes on any number of threads.
 
+mod ambiguity;
 mod attempts;
 mod filter;
 mod history;
@@ -25,6 +26,7 @@ mod survival;
 mod verdict;
 mod walls;
 
+pub use ambiguity::{Ambiguity, AmbiguityOptions, ConfusablePair, TriedWalk, ambiguity};
 pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
 pub use motion::NoiseFloor;

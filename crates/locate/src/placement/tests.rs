@@ -102,7 +102,7 @@ fn drifting(turns: &[f64], step_m: f64, drift: f64) -> Vec<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
     fn the_bounds_agree_with_trying_everything_on_random_plans(
@@ -128,7 +128,7 @@ proptest! {
         noise in prop::collection::vec((-0.2..0.2f64, -1.0..1.0f64), 120),
         drift_deg in prop::sample::select(vec![0.0, 0.3, 2.0, 8.0]),
         length_error in prop::sample::select(vec![0.0, 0.05, 0.2]),
-        scale in 0.8..1.25f64,
+        scale in 0.95..1.05f64,
         known in any::<bool>(),
     ) {
         let (plan, drift) = (random_plan(&walls, 0), f64::to_radians(drift_deg));
@@ -157,7 +157,7 @@ proptest! {
         }
         let tolerance = Tolerance { drift_rad_per_sqrt_m: drift, length_error };
         prop_assume!(!tolerance.is_none());
-        let options = PlaceOptions { scales: (0.8, 1.25), inside: 0.0, tolerance, heading_rad: known.then_some(first), ..Default::default() };
+        let options = PlaceOptions { scales: (0.95, 1.05), inside: 0.0, tolerance, heading_rad: known.then_some(first), ..Default::default() };
         let placement = place(&path(&said), &plan, &options, &mut quiet()).unwrap();
         let held = |region: &[bool], x: f64, y: f64| {
             let (column, row) = plan.cell_at(Pt2::new(x, y)).unwrap();
@@ -192,14 +192,14 @@ fn the_true_start_is_in_the_region_and_the_corner_has_one_place() {
 #[test]
 fn more_tolerance_means_more_places_and_walls_still_count() {
     let walk = path(&[(5.5, std::f64::consts::FRAC_PI_2), (2.5, 0.0)]);
-    let areas = [(0.0, 0.01), (1.0, 0.01), (1.0, 0.1)].map(|(drift_deg, length_error)| {
+    let areas = [(0.0, 0.01), (1.0, 0.01), (1.0, 0.04)].map(|(drift_deg, length_error)| {
         let tolerance = Tolerance { drift_rad_per_sqrt_m: f64::to_radians(drift_deg), length_error };
         let options = PlaceOptions { heading_rad: Some(0.0), tolerance, ..Default::default() };
         place(&walk, &plan(), &options, &mut quiet()).unwrap().area_m2
     });
     assert!(areas[0] > 0.0 && areas[0] < areas[1] && areas[1] < areas[2], "{areas:?}");
     // Of 27 m² of floor.
-    assert!(areas[2] < 15.0, "{areas:?}");
+    assert!(areas[2] < 13.0, "{areas:?}");
 }
 
 #[test]
