@@ -8,6 +8,7 @@
 pub mod bench;
 pub mod evaluate;
 pub mod figure;
+pub mod plan_info;
 pub mod report;
 pub mod result;
 pub mod run;
