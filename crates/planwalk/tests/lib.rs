@@ -194,7 +194,17 @@ fn placements_and_particles_are_drawn() {
     let plan = plan();
     let region: Vec<bool> = (0..plan.cells().len()).map(|i| i % plan.width() < 40 && i / plan.width() < 40).collect();
     let picture =
-        PlacementPicture { title: "p", plan: &plan, start_region: &region, area_m2: 1.5, best: &truth(), conditions: "all headings" };
+        PlacementPicture {
+            title: "p",
+            plan: &plan,
+            start_region: &region,
+            area_m2: 1.5,
+            end_region: &region,
+            end_area_m2: 2.5,
+            best: &[truth()],
+            drifts: false,
+            conditions: "all headings",
+        };
     let svg = picture.svg();
     assert!(words(&svg).contains(&"The path can start anywhere in the red region: 1.5 m² (all headings)."), "{:?}", words(&svg));
     let nowhere = PlacementPicture { start_region: &[], best: &[], ..picture }.svg();

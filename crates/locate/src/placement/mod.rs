@@ -46,7 +46,8 @@ pub struct PlaceOptions {
     pub heading_step_rad: f64,
     /// Lowest and highest scale, metres per unit of the path.
     pub scales: (f64, f64),
-    /// Largest ratio between neighbouring scales. Steps are finer, down to 0.1 %, for the same reason as headings'.
+    /// Ratio between the scales that are tried. A perfect trajectory at a scale between two of them may be missed; with a
+    /// [`Tolerance`] of any size it is not.
     pub scale_ratio: f64,
     /// How sure a start must be inside the building, 0..=1; 0 admits all free cells.
     pub inside: f64,
@@ -209,10 +210,10 @@ fn reach_of(points: &[(f64, f64)]) -> f64 {
 
 /// The headings and scales to try, and the points to test.
 fn candidates(options: &PlaceOptions, corners: &[(f64, f64)], (low, high): (f64, f64), cell_m: f64) -> Candidates {
-    // The farthest point moves by two cells at most from one heading or scale to the next.
+    // The farthest point moves by two cells at most from one heading to the next.
     let two_cells = 2.0 * cell_m / (high * reach_of(corners)).max(cell_m);
     // Bounded: 0.1° and 0.1 % are finer than any cell.
-    let ratio = options.scale_ratio.min(1.0 + two_cells).max(1.001);
+    let ratio = options.scale_ratio.max(1.001);
     let steps = (libm::log(high / low) / libm::log(ratio)).ceil().min(10_000.0) as usize;
     let scales = (0..=steps).map(|i| low * libm::pow(high / low, if steps > 0 { i as f64 / steps as f64 } else { 0.0 })).collect();
     let headings = match options.heading_rad {

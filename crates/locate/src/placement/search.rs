@@ -17,8 +17,9 @@ use super::modes::Heaps;
 
 /// Widest window that is looked at, cells; wider ones hardly ever drop a start.
 const WIDEST: usize = 6;
-/// Points looked at in a box before it is split.
-const LOOKS: usize = 48;
+/// How far points may move within a box to be looked at, cells, and how many of them are looked at. Those that move less were looked
+/// at in a wider box; windows of the first kind still see most walls, those of the second only what is wide, like the unknown.
+const LOOKS: [(f64, f64, usize); 2] = [(0.35, 1.0, 20), (1.0, 2.5, 5)];
 /// Points of a single placement tested far-apart first, before the rest follows along the path.
 const FAR_APART: usize = 256;
 /// Boxes whose survivors are counted between two reports of progress.
@@ -153,13 +154,15 @@ impl Search<'_> {
 
     /// Drops the starts that no heading and scale of the box can have.
     fn look(&self, bounds: &Bounds, left: &mut Survivors) {
-        let mut looks = 0;
-        for &i in &self.order {
-            let Some((dx, dy, side)) = bounds.window(self.candidates.points[i]) else { continue };
-            left.keep(&self.windows[side - 1], dx, dy);
-            looks += 1;
-            if left.is_empty() || looks == LOOKS {
-                return;
+        let moved = bounds.by_heading + bounds.by_scale;
+        for (least, most, looks) in LOOKS {
+            let of_kind = |p: &&(f64, f64)| (least..most).contains(&(p.0.hypot(p.1) * moved));
+            let points = self.order.iter().map(|i| &self.candidates.points[*i]).filter(of_kind);
+            for (dx, dy, side) in points.filter_map(|point| bounds.window(*point)).take(looks) {
+                left.keep(&self.windows[side - 1], dx, dy);
+                if left.is_empty() {
+                    return;
+                }
             }
         }
     }
