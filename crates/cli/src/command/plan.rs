@@ -57,7 +57,13 @@ fn basics(info: &PlanInfo) -> String {
     )
 }
 
-fn find_ambiguity(args: &PlanInfoArgs, plan: &FloorPlan, voice: Voice, output: Option<&Output>, info: &mut PlanInfo) -> Result<(), Failure> {
+fn find_ambiguity(
+    args: &PlanInfoArgs,
+    plan: &FloorPlan,
+    voice: Voice,
+    output: Option<&Output>,
+    info: &mut PlanInfo,
+) -> Result<(), Failure> {
     let bar = voice.bar("walking", Some(1000));
     let found = ambiguity(plan, &AmbiguityOptions::default(), args.seed(), &mut |share| bar.set_position((1000.0 * share) as u64));
     bar.finish_and_clear();

@@ -100,6 +100,9 @@ const LOOK_M: f64 = 1.0;
 const SCALES: usize = 5;
 /// How far a pose may be pulled to a better neighbour, as a share of the way since the last look: drift, and what the grid rounds.
 const PULL: f64 = 0.06;
+/// Rays that may disagree over a whole walk: at the start, and for each look. A door's edge is met now and then; who disagrees all the
+/// time is elsewhere.
+const MISSED: (f64, f64) = (3.0, 0.7);
 /// Pairs that are reported.
 const PAIRS: usize = 10;
 /// Pairs are of different places: farther apart than this, metres.
@@ -194,6 +197,8 @@ struct Candidate {
     scale: f32,
     start: [f32; 3],
     matched: u8,
+    /// Rays that did not agree so far.
+    missed: u16,
 }
 
 /// A walk compared with all poses of the plan.
@@ -221,10 +226,15 @@ impl<'a> Compared<'a> {
                 self.walk_on(look);
             }
             let truth = self.way[look];
-            let others = || self.left.iter().filter(|c| is_elsewhere(c, &truth));
-            elsewhere.push(distinct(others(), self.profiles.pitch_m()));
+            // Who began at the walk's own start and is elsewhere now only has the wrong scale.
+            let began = self.way[0];
+            let others = || self.left.iter().filter(|c| is_elsewhere([c.x, c.y, c.heading], &truth) && is_elsewhere(c.start, &began));
+            let counted = lengths_m.iter().any(|m| (m / LOOK_M).round() as usize == look) || look + 1 == self.way.len();
+            // Only what is told is counted in full.
+            elsewhere.push(if counted { distinct(others(), self.profiles.pitch_m()) } else { others().take(1).count() });
             // Of those that last longest the one that fits best; the first of equals.
-            let best = others().fold(None, |best: Option<&Candidate>, c| if best.is_none_or(|b| c.matched > b.matched) { Some(c) } else { best });
+            let best =
+                others().fold(None, |best: Option<&Candidate>, c| if best.is_none_or(|b| c.matched > b.matched) { Some(c) } else { best });
             rival = best.map(|c| c.start).or(rival);
         }
         let known = elsewhere.iter().rposition(|n| *n > 0).map_or(0, |last| last + 1);
@@ -235,7 +245,7 @@ impl<'a> Compared<'a> {
             known_after_m: (known < self.way.len()).then_some(known as f64 * LOOK_M),
             alike: lengths_m.iter().map(alike).collect(),
             rival: rival.map(|[x, y, heading]| stroll::Pose { x: x.into(), y: y.into(), heading: heading.into() }.on(plan)),
-            kept_itself: self.left.iter().any(|c| !is_elsewhere(c, &end)),
+            kept_itself: self.left.iter().any(|c| !is_elsewhere([c.x, c.y, c.heading], &end)),
         }
     }
 
@@ -248,7 +258,15 @@ impl<'a> Compared<'a> {
                 let facing = heading + turn as f64 * std::f64::consts::TAU / DIRECTIONS as f64;
                 self.profiles.all_that_show(&bounds, facing, &mut |x, y, matched| {
                     let start = [x, y, wrap_angle(facing) as f32];
-                    self.left.push(Candidate { x, y, heading: facing as f32, scale: scale as f32, start, matched });
+                    self.left.push(Candidate {
+                        x,
+                        y,
+                        heading: facing as f32,
+                        scale: scale as f32,
+                        start,
+                        matched,
+                        missed: profiles::missed(matched),
+                    });
                 });
             }
         }
@@ -259,7 +277,8 @@ impl<'a> Compared<'a> {
         let (from, to) = (self.way[look - 1], self.way[look]);
         let (sin, cos) = libm::sincos(from.heading);
         let (dx, dy) = (to.x - from.x, to.y - from.y);
-        let (ahead, left, turn) = ((cos * dx + sin * dy) as f32, (cos * dy - sin * dx) as f32, wrap_angle(to.heading - from.heading) as f32);
+        let (ahead, left, turn) =
+            ((cos * dx + sin * dy) as f32, (cos * dy - sin * dx) as f32, wrap_angle(to.heading - from.heading) as f32);
         let bounds: Vec<_> = self.profiles.scales().map(|scale| (scale as f32, self.profiles.bounds(&self.views[look], scale))).collect();
         let pull = PULL as f32 * ahead.hypot(left).max(0.2);
         let profiles = self.profiles;
@@ -276,14 +295,15 @@ impl<'a> Compared<'a> {
                 c.y += by * y;
             }
             c.matched = matched;
-            true
+            c.missed += profiles::missed(matched);
+            f64::from(c.missed) <= MISSED.0 + MISSED.1 * look as f64
         });
     }
 }
 
-fn is_elsewhere(c: &Candidate, truth: &stroll::Pose) -> bool {
-    let apart = (f64::from(c.x) - truth.x).hypot(f64::from(c.y) - truth.y);
-    apart > ELSEWHERE_M || wrap_angle(f64::from(c.heading) - truth.heading).abs() > ELSEWHERE_RAD
+fn is_elsewhere([x, y, heading]: [f32; 3], truth: &stroll::Pose) -> bool {
+    let (dx, dy) = (f64::from(x) - truth.x, f64::from(y) - truth.y);
+    dx * dx + dy * dy > ELSEWHERE_M * ELSEWHERE_M || wrap_angle(f64::from(heading) - truth.heading).abs() > ELSEWHERE_RAD
 }
 
 /// How many different poses of the grid these are, whatever their scales.
@@ -307,7 +327,9 @@ fn pairs(walks: &[TriedWalk], length_m: f64) -> Vec<ConfusablePair> {
     let mut chosen: Vec<ConfusablePair> = Vec::new();
     for pair in all {
         let near = |p: &ConfusablePair| {
-            [p.a, p.b].iter().any(|q| q.origin().distance(pair.a.origin()) < PAIRS_APART_M || q.origin().distance(pair.b.origin()) < PAIRS_APART_M)
+            [p.a, p.b]
+                .iter()
+                .any(|q| q.origin().distance(pair.a.origin()) < PAIRS_APART_M || q.origin().distance(pair.b.origin()) < PAIRS_APART_M)
         };
         if chosen.len() < PAIRS && !chosen.iter().any(near) {
             chosen.push(pair);

@@ -49,6 +49,11 @@ pub(super) struct Profiles {
     options: AmbiguityOptions,
 }
 
+/// Rays that do not agree when so many do.
+pub(super) fn missed(matched: u8) -> u16 {
+    (RAYS as u16).saturating_sub(matched.into())
+}
+
 /// What is seen from a pose: distances along the rays, from the right to the left, metres; infinite where no wall is within reach.
 #[derive(Debug)]
 pub(super) struct View([f64; RAYS]);
@@ -198,7 +203,7 @@ impl Profiles {
     pub(super) fn best_near(&self, bounds: &RayBounds, x: f32, y: f32, heading: f32) -> Option<(f32, f32, u8)> {
         let (column, row) = ((f64::from(x) / self.pitch_m).floor() as i64, (f64::from(y) / self.pitch_m).floor() as i64);
         let first = Self::first_direction(heading.into());
-        if let Some((_, matched)) = self.matched(bounds, column, row, first).filter(|m| m.1 >= NEEDED) {
+        if let Some((_, matched)) = self.matched(bounds, column, row, first) {
             return Some((x, y, matched));
         }
         let mut best: Option<(usize, u8)> = None;
@@ -209,10 +214,10 @@ impl Profiles {
                 best = Some(found);
             }
         }
-        best.filter(|b| b.1 >= NEEDED).map(|(place, matched)| (self.middles[place].0, self.middles[place].1, matched))
+        best.map(|(place, matched)| (self.middles[place].0, self.middles[place].1, matched))
     }
 
-    /// Number of the place at a grid cell, and how many rays agree there.
+    /// Number of the place at a grid cell, and how many rays agree there, if enough of them do.
     fn matched(&self, bounds: &RayBounds, column: i64, row: i64, first: usize) -> Option<(usize, u8)> {
         if !(0..self.columns as i64).contains(&column) || !(0..self.rows as i64).contains(&row) {
             return None;
@@ -223,10 +228,15 @@ impl Profiles {
         }
         let place = number as usize;
         let looks = &self.by_place[place * DIRECTIONS..(place + 1) * DIRECTIONS];
-        let agrees = |(ray, (low, high)): (usize, &(u8, u8))| {
+        let mut missed = 0;
+        for ray in ORDER {
+            let (low, high) = bounds.0[ray];
             let (a, b) = (looks[(first + ray) % DIRECTIONS], looks[(first + ray + 1) % DIRECTIONS]);
-            u8::from(a.min(b) <= *high && a.max(b) >= *low)
-        };
-        Some((place, bounds.0.iter().enumerate().map(agrees).sum()))
+            missed += u8::from(a.min(b) > high || a.max(b) < low);
+            if missed > RAYS as u8 - NEEDED {
+                return None;
+            }
+        }
+        Some((place, RAYS as u8 - missed))
     }
 }

@@ -1,7 +1,8 @@
 //! How are the cells of a plan tested sixty-four at a time? Grids of bits, shifted against each other.
 //!
 //! A [`Bitmap`] holds a grid with a margin of empty cells around it, so that shifts by a few cells lose nothing at the edges.
-//! A [`Survivors`] holds only those words of a grid in which a cell is left: what is looked at again and again gets shorter.
+//! A [`Survivors`] is a grid while many cells are left, and then only those of its words in which one is: what is looked at again and
+//! again gets shorter.
 
 use std::ops::Range;
 
@@ -69,8 +70,9 @@ impl Bitmap {
         at(i) >> shift_bits | high
     }
 
-    /// Keeps the cells c for which `other` holds c + (dx, dy).
-    pub(super) fn and_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) {
+    /// Keeps the cells c for which `other` holds c + (dx, dy); says how many words still hold one.
+    pub(super) fn and_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) -> usize {
+        let mut held = 0;
         let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
         let (mut first, mut last) = (usize::MAX, 0);
         for row in self.rows.clone() {
@@ -80,12 +82,15 @@ impl Bitmap {
                 words.fill(0);
                 continue;
             }
-            if and_row(words, other.row(source as usize), shift_words, shift_bits) {
+            let left = and_row(words, other.row(source as usize), shift_words, shift_bits);
+            if left > 0 {
                 first = first.min(row);
                 last = row;
+                held += left;
             }
         }
         self.rows = if first == usize::MAX { 0..0 } else { first..last + 1 };
+        held
     }
 
     /// Adds the cells c for which `other` holds c + (dx, dy).
@@ -174,20 +179,28 @@ impl Bitmap {
         (column + 2 * self.margin < self.width && row + 2 * self.margin < self.height).then_some((column, row))
     }
 
-    /// All words in which a cell is set.
+    /// All cells, to be looked at again and again.
     pub(super) fn survivors(&self) -> Survivors {
+        Survivors::Many(self.clone())
+    }
+
+    fn chunks(&self) -> Vec<Chunk> {
         let mut chunks = Vec::new();
         for row in self.rows.clone() {
             for (i, bits) in self.row(row).iter().enumerate().filter(|(_, bits)| **bits != 0) {
                 chunks.push(Chunk { row: row as u32, word: i as u32, bits: *bits });
             }
         }
-        Survivors(chunks)
+        chunks
     }
 
     /// Adds the survivors, moved by (dx, dy); what leaves the grid is lost.
     pub(super) fn add(&mut self, survivors: &Survivors, dx: i64, dy: i64) {
-        for chunk in &survivors.0 {
+        let chunks = match survivors {
+            Survivors::Many(grid) => &grid.chunks(),
+            Survivors::Few(chunks) => chunks,
+        };
+        for chunk in chunks {
             let row = i64::from(chunk.row) + dy;
             if row < 0 || row >= self.height as i64 {
                 continue;
@@ -214,25 +227,25 @@ impl Bitmap {
     }
 }
 
-/// `words[i] &=` the moved source; says whether any is left.
-fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32) -> bool {
+/// `words[i] &=` the moved source; says in how many words any is left.
+fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32) -> usize {
     let n = words.len() as i64;
     // Words for which both words of the source are there take the fast way.
     let (low, high) = ((-shift_words).clamp(0, n), (n - 1 - shift_words).clamp(0, n));
     let (low, high) = (low as usize, high.max(low) as usize);
-    let mut any = 0;
+    let mut held = 0;
     if low < high {
         let from = (low as i64 + shift_words) as usize;
         let (first, second) = (&source[from..from + high - low], &source[from + 1..=from + high - low]);
         if shift_bits == 0 {
             for (word, a) in words[low..high].iter_mut().zip(first) {
                 *word &= a;
-                any |= *word;
+                held += u64::from(*word != 0);
             }
         } else {
             for ((word, a), b) in words[low..high].iter_mut().zip(first).zip(second) {
                 *word &= a >> shift_bits | b << (64 - shift_bits);
-                any |= *word;
+                held += u64::from(*word != 0);
             }
         }
     }
@@ -241,9 +254,9 @@ fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32)
         let j = i as i64 + shift_words;
         let more = if shift_bits == 0 { 0 } else { at(j + 1) << (64 - shift_bits) };
         words[i] &= at(j) >> shift_bits | more;
-        any |= words[i];
+        held += u64::from(words[i] != 0);
     }
-    any != 0
+    held as usize
 }
 
 fn bits_of(bits: u64) -> impl Iterator<Item = usize> {
@@ -257,35 +270,64 @@ fn bits_of(bits: u64) -> impl Iterator<Item = usize> {
 
 /// One word of a grid.
 #[derive(Debug, Clone, Copy)]
-struct Chunk {
+pub(super) struct Chunk {
     row: u32,
     word: u32,
     bits: u64,
 }
 
-/// The words of a grid in which a cell is left, row by row.
+/// The cells of a grid that are left.
 #[derive(Debug, Clone)]
-pub(super) struct Survivors(Vec<Chunk>);
+pub(super) enum Survivors {
+    /// So many that the whole grid is looked at fastest.
+    Many(Bitmap),
+    /// The words in which a cell is left, row by row.
+    Few(Vec<Chunk>),
+}
+
+/// A word of a list takes as long as this many of a grid.
+const FEW: usize = 6;
 
 impl Survivors {
-    /// Whether no cell is left.
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
+    /// Words in which a cell is left.
+    pub(super) fn words(&self) -> usize {
+        match self {
+            Self::Many(grid) => grid.words.iter().filter(|word| **word != 0).count(),
+            Self::Few(chunks) => chunks.len(),
+        }
     }
 
-    /// Keeps the cells c for which `map` holds c + (dx, dy).
-    pub(super) fn keep(&mut self, map: &Bitmap, dx: i64, dy: i64) {
-        let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
-        self.0.retain_mut(|chunk| {
-            chunk.bits &= map.moved_word(i64::from(chunk.row) + dy, i64::from(chunk.word) + shift_words, shift_bits);
-            chunk.bits != 0
-        });
+    /// Keeps the cells c for which `map` holds c + (dx, dy); says in how many words one is left.
+    pub(super) fn keep(&mut self, map: &Bitmap, dx: i64, dy: i64) -> usize {
+        match self {
+            Self::Many(grid) => {
+                let held = grid.and_moved(map, dx, dy);
+                if FEW * held < grid.rows.len() * grid.per_row || held == 0 {
+                    *self = Self::Few(grid.chunks());
+                }
+                held
+            }
+            Self::Few(chunks) => {
+                let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
+                chunks.retain_mut(|chunk| {
+                    chunk.bits &= map.moved_word(i64::from(chunk.row) + dy, i64::from(chunk.word) + shift_words, shift_bits);
+                    chunk.bits != 0
+                });
+                chunks.len()
+            }
+        }
     }
 
     /// The cells (column, row) without the margin of the grid that they come from.
-    pub(super) fn cells<'a>(&'a self, of: &'a Bitmap) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let all = self.0.iter().flat_map(|chunk| bits_of(chunk.bits).map(|bit| (64 * chunk.word as usize + bit, chunk.row as usize)));
-        all.filter_map(|cell| of.inner(cell))
+    pub(super) fn cells(&self, of: &Bitmap) -> Vec<(usize, usize)> {
+        match self {
+            Self::Many(grid) => grid.cells().collect(),
+            Self::Few(chunks) => {
+                let all =
+                    chunks.iter().flat_map(|chunk| bits_of(chunk.bits).map(|bit| (64 * chunk.word as usize + bit, chunk.row as usize)));
+                all.filter_map(|cell| of.inner(cell)).collect()
+            }
+        }
     }
 }
 
@@ -317,7 +359,10 @@ mod tests {
             sparse.keep(&b, dx, dy);
             let expected: Vec<_> = a.cells().filter(|(c, r)| at(&b, *c as i64 + dx, *r as i64 + dy)).collect();
             prop_assert_eq!(dense.cells().collect::<Vec<_>>(), expected.clone());
-            prop_assert_eq!(sparse.cells(&a).collect::<Vec<_>>(), expected);
+            prop_assert_eq!(sparse.cells(&a), expected.clone());
+            let mut few = Survivors::Few(a.chunks());
+            prop_assert_eq!(few.keep(&b, dx, dy), few.words());
+            prop_assert_eq!(few.cells(&a), expected);
             let (mut both, mut added) = (a.clone(), a.emptied());
             both.or_moved(&b, dx, dy);
             added.add(&b.survivors(), -dx, -dy);

@@ -189,7 +189,13 @@ fn finer(plan: &FloorPlan, options: &PlaceOptions) -> usize {
         let all = (0..width * height).filter(|i| solid(i % width, i / width)).count();
         held.iter().filter(|h| **h).count() as f64 >= 0.97 * all as f64
     };
-    let wanted = if thick(3) { 1 } else if thick(2) { 2 } else { 3 };
+    let wanted = if thick(3) {
+        1
+    } else if thick(2) {
+        2
+    } else {
+        3
+    };
     (1..=wanted).rev().find(|k| k * k * width * height <= MOST_CELLS).unwrap_or(1)
 }
 
@@ -233,7 +239,9 @@ impl<'a> Walk<'a> {
         let ends = self.follow(sets, first, &self.points, &|walked_m| walked_m);
         let back: Vec<(f64, f64)> = self.points.iter().rev().copied().collect();
         let mut starts = self.follow(ends.clone(), first, &back, &|walked_m| whole - walked_m);
-        starts.iter_mut().for_each(|set| set.and_moved(&self.ground.starts, 0, 0));
+        for set in &mut starts {
+            set.and_moved(&self.ground.starts, 0, 0);
+        }
         let held = |(i, set): (usize, Bitmap)| {
             let heading_rad = self.sectors.heading(first) + (i as f64 - most as f64) * self.sectors.width_rad();
             (!set.is_empty()).then_some(Held { heading_rad, set })

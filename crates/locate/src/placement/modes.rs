@@ -57,7 +57,15 @@ impl Heaps {
             let heap = self.heaps.entry((block_column, block_row, sector)).or_default();
             let cells = count as f64;
             let example = Example { around: count, column, row, heading, scale };
-            let sum = Heap { count: cells, column: columns as f64, row: rows as f64, sin: cells * s, cos: cells * c, scale: cells * scale, example };
+            let sum = Heap {
+                count: cells,
+                column: columns as f64,
+                row: rows as f64,
+                sin: cells * s,
+                cos: cells * c,
+                scale: cells * scale,
+                example,
+            };
             *heap = heap.with(&sum);
         }
     }
@@ -112,7 +120,8 @@ impl Heap {
 
     fn mode(&self, plan: &FloorPlan, total: f64) -> PlacementMode {
         let metres = |cells: f64| (cells + 0.5) * plan.cell_m();
-        let pose = |column: f64, row: f64, heading: f64| PlanPose::new(plan.origin().x + metres(column), plan.origin().y + metres(row), heading);
+        let pose =
+            |column: f64, row: f64, heading: f64| PlanPose::new(plan.origin().x + metres(column), plan.origin().y + metres(row), heading);
         let example = &self.example;
         PlacementMode {
             pose: pose(self.column / self.count, self.row / self.count, libm::atan2(self.sin, self.cos)),

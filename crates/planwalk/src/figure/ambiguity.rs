@@ -44,7 +44,8 @@ impl AmbiguityPicture<'_> {
         view.clip(&mut svg);
         let classes = self.classes();
         for (class, fill) in colour::HEAT.iter().enumerate() {
-            view.fill_cells(&mut svg, self.plan, fill, 0.9, false, &|i| self.class_at(&classes, i) == Some(class));
+            // Where two classes share a pixel, the worse one is shown.
+            view.fill_cells(&mut svg, self.plan, fill, 0.9, true, &|i| self.class_at(&classes, i) == Some(class));
         }
         view.fill_cells(&mut svg, self.plan, colour::WALL, 1.0, true, &|i| self.plan.cells()[i] == Cell::Wall);
         for (i, pair) in self.ambiguity.pairs.iter().take(PAIRS).enumerate() {

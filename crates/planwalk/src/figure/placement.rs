@@ -47,7 +47,10 @@ impl PlacementPicture<'_> {
         let found = if self.best.is_empty() {
             "The path fits nowhere on this plan".to_owned()
         } else {
-            format!("The path can start anywhere in the red region, {:.1} m², and end in the blue one, {:.1} m²", self.area_m2, self.end_area_m2)
+            format!(
+                "The path can start anywhere in the red region, {:.1} m², and end in the blue one, {:.1} m²",
+                self.area_m2, self.end_area_m2
+            )
         };
         svg.text(&format!("{found} ({}).", self.conditions), (left, 64.0), 10.0, Anchor::Left, colour::INK);
         view.draw_plan(&mut svg, self.plan);
