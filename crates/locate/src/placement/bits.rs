@@ -70,9 +70,8 @@ impl Bitmap {
         at(i) >> shift_bits | high
     }
 
-    /// Keeps the cells c for which `other` holds c + (dx, dy); says how many words still hold one.
-    pub(super) fn and_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) -> usize {
-        let mut held = 0;
+    /// Keeps the cells c for which `other` holds c + (dx, dy).
+    pub(super) fn and_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) {
         let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
         let (mut first, mut last) = (usize::MAX, 0);
         for row in self.rows.clone() {
@@ -82,15 +81,12 @@ impl Bitmap {
                 words.fill(0);
                 continue;
             }
-            let left = and_row(words, other.row(source as usize), shift_words, shift_bits);
-            if left > 0 {
+            if and_row(words, other.row(source as usize), shift_words, shift_bits) {
                 first = first.min(row);
                 last = row;
-                held += left;
             }
         }
         self.rows = if first == usize::MAX { 0..0 } else { first..last + 1 };
-        held
     }
 
     /// Adds the cells c for which `other` holds c + (dx, dy).
@@ -181,7 +177,7 @@ impl Bitmap {
 
     /// All cells, to be looked at again and again.
     pub(super) fn survivors(&self) -> Survivors {
-        Survivors::Many(self.clone())
+        Survivors::Many { grid: self.clone(), looks: 0 }
     }
 
     fn chunks(&self) -> Vec<Chunk> {
@@ -197,7 +193,7 @@ impl Bitmap {
     /// Adds the survivors, moved by (dx, dy); what leaves the grid is lost.
     pub(super) fn add(&mut self, survivors: &Survivors, dx: i64, dy: i64) {
         let chunks = match survivors {
-            Survivors::Many(grid) => &grid.chunks(),
+            Survivors::Many { grid, .. } => &grid.chunks(),
             Survivors::Few(chunks) => chunks,
         };
         for chunk in chunks {
@@ -227,25 +223,25 @@ impl Bitmap {
     }
 }
 
-/// `words[i] &=` the moved source; says in how many words any is left.
-fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32) -> usize {
+/// `words[i] &=` the moved source; says whether any is left.
+fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32) -> bool {
     let n = words.len() as i64;
     // Words for which both words of the source are there take the fast way.
     let (low, high) = ((-shift_words).clamp(0, n), (n - 1 - shift_words).clamp(0, n));
     let (low, high) = (low as usize, high.max(low) as usize);
-    let mut held = 0;
+    let mut any = 0;
     if low < high {
         let from = (low as i64 + shift_words) as usize;
         let (first, second) = (&source[from..from + high - low], &source[from + 1..=from + high - low]);
         if shift_bits == 0 {
             for (word, a) in words[low..high].iter_mut().zip(first) {
                 *word &= a;
-                held += u64::from(*word != 0);
+                any |= *word;
             }
         } else {
             for ((word, a), b) in words[low..high].iter_mut().zip(first).zip(second) {
                 *word &= a >> shift_bits | b << (64 - shift_bits);
-                held += u64::from(*word != 0);
+                any |= *word;
             }
         }
     }
@@ -254,9 +250,9 @@ fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32)
         let j = i as i64 + shift_words;
         let more = if shift_bits == 0 { 0 } else { at(j + 1) << (64 - shift_bits) };
         words[i] &= at(j) >> shift_bits | more;
-        held += u64::from(words[i] != 0);
+        any |= words[i];
     }
-    held as usize
+    any != 0
 }
 
 fn bits_of(bits: u64) -> impl Iterator<Item = usize> {
@@ -280,32 +276,44 @@ pub(super) struct Chunk {
 #[derive(Debug, Clone)]
 pub(super) enum Survivors {
     /// So many that the whole grid is looked at fastest.
-    Many(Bitmap),
+    Many {
+        /// All of them.
+        grid: Bitmap,
+        /// Looks since they were counted.
+        looks: usize,
+    },
     /// The words in which a cell is left, row by row.
     Few(Vec<Chunk>),
 }
 
 /// A word of a list takes as long as this many of a grid.
 const FEW: usize = 6;
+/// Looks after which the cells of a grid are counted.
+const COUNT_EVERY: usize = 6;
 
 impl Survivors {
     /// Words in which a cell is left.
     pub(super) fn words(&self) -> usize {
         match self {
-            Self::Many(grid) => grid.words.iter().filter(|word| **word != 0).count(),
+            Self::Many { grid, .. } => grid.rows.clone().map(|row| grid.row(row).iter().filter(|word| **word != 0).count()).sum(),
             Self::Few(chunks) => chunks.len(),
         }
     }
 
-    /// Keeps the cells c for which `map` holds c + (dx, dy); says in how many words one is left.
-    pub(super) fn keep(&mut self, map: &Bitmap, dx: i64, dy: i64) -> usize {
+    /// Keeps the cells c for which `map` holds c + (dx, dy); says whether one is left.
+    pub(super) fn keep(&mut self, map: &Bitmap, dx: i64, dy: i64) -> bool {
         match self {
-            Self::Many(grid) => {
-                let held = grid.and_moved(map, dx, dy);
-                if FEW * held < grid.rows.len() * grid.per_row || held == 0 {
-                    *self = Self::Few(grid.chunks());
+            Self::Many { grid, looks } => {
+                grid.and_moved(map, dx, dy);
+                let (all, any) = (grid.rows.len() * grid.per_row, !grid.is_empty());
+                *looks += 1;
+                if *looks >= COUNT_EVERY {
+                    *looks = 0;
+                    if FEW * self.words() < all {
+                        *self = self.few();
+                    }
                 }
-                held
+                any
             }
             Self::Few(chunks) => {
                 let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
@@ -313,15 +321,22 @@ impl Survivors {
                     chunk.bits &= map.moved_word(i64::from(chunk.row) + dy, i64::from(chunk.word) + shift_words, shift_bits);
                     chunk.bits != 0
                 });
-                chunks.len()
+                !chunks.is_empty()
             }
+        }
+    }
+
+    fn few(&self) -> Self {
+        match self {
+            Self::Many { grid, .. } => Self::Few(grid.chunks()),
+            Self::Few(chunks) => Self::Few(chunks.clone()),
         }
     }
 
     /// The cells (column, row) without the margin of the grid that they come from.
     pub(super) fn cells(&self, of: &Bitmap) -> Vec<(usize, usize)> {
         match self {
-            Self::Many(grid) => grid.cells().collect(),
+            Self::Many { grid, .. } => grid.cells().collect(),
             Self::Few(chunks) => {
                 let all =
                     chunks.iter().flat_map(|chunk| bits_of(chunk.bits).map(|bit| (64 * chunk.word as usize + bit, chunk.row as usize)));
@@ -360,8 +375,8 @@ mod tests {
             let expected: Vec<_> = a.cells().filter(|(c, r)| at(&b, *c as i64 + dx, *r as i64 + dy)).collect();
             prop_assert_eq!(dense.cells().collect::<Vec<_>>(), expected.clone());
             prop_assert_eq!(sparse.cells(&a), expected.clone());
-            let mut few = Survivors::Few(a.chunks());
-            prop_assert_eq!(few.keep(&b, dx, dy), few.words());
+            let mut few = a.survivors().few();
+            prop_assert_eq!(few.keep(&b, dx, dy), few.words() > 0);
             prop_assert_eq!(few.cells(&a), expected);
             let (mut both, mut added) = (a.clone(), a.emptied());
             both.or_moved(&b, dx, dy);

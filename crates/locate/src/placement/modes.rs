@@ -16,6 +16,15 @@ pub(super) struct Heaps {
     heaps: BTreeMap<(i64, i64, i64), Heap>,
 }
 
+/// Cells of one block, at one heading and scale: how many, the sums of their columns and rows, and the last of them.
+#[derive(Debug, Clone, Copy, Default)]
+struct Block {
+    count: usize,
+    columns: usize,
+    rows: usize,
+    last: (usize, usize),
+}
+
 #[derive(Debug, Clone, Copy, Default)]
 struct Heap {
     count: f64,
@@ -47,13 +56,13 @@ impl Heaps {
     pub(super) fn add(&mut self, cells: impl Iterator<Item = (usize, usize)>, heading: f64, scale: f64) {
         let turn = heading / std::f64::consts::TAU;
         let sector = ((turn - turn.floor()) * SECTORS as f64) as i64 % SECTORS;
-        let mut blocks: BTreeMap<(i64, i64), (usize, usize, usize, (usize, usize))> = BTreeMap::new();
+        let mut blocks: BTreeMap<(i64, i64), Block> = BTreeMap::new();
         for (column, row) in cells {
             let block = blocks.entry(((column / self.block) as i64, (row / self.block) as i64)).or_default();
-            *block = (block.0 + 1, block.1 + column, block.2 + row, (column, row));
+            *block = Block { count: block.count + 1, columns: block.columns + column, rows: block.rows + row, last: (column, row) };
         }
         let (s, c) = libm::sincos(heading);
-        for ((block_column, block_row), (count, columns, rows, (column, row))) in blocks {
+        for ((block_column, block_row), Block { count, columns, rows, last: (column, row) }) in blocks {
             let heap = self.heaps.entry((block_column, block_row, sector)).or_default();
             let cells = count as f64;
             let example = Example { around: count, column, row, heading, scale };

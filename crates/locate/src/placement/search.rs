@@ -21,7 +21,7 @@ const WIDEST: usize = 6;
 /// at in a wider box; windows of the first kind still see most walls, those of the second only what is wide, like the unknown.
 const LOOKS: [(f64, f64, usize); 2] = [(0.35, 1.0, 20), (1.0, 2.5, 5)];
 /// Points of a single placement tested far-apart first, before the rest follows along the path.
-const FAR_APART: usize = 256;
+const FAR_APART: usize = 100;
 /// Boxes whose survivors are counted between two reports of progress.
 const BATCH: usize = 24;
 
@@ -160,12 +160,12 @@ impl Search<'_> {
             let of_kind = |p: &&(f64, f64)| (least..most).contains(&(p.0.hypot(p.1) * moved));
             let points = self.order.iter().map(|i| &self.candidates.points[*i]).filter(of_kind);
             for (i, (dx, dy, side)) in points.filter_map(|point| bounds.window(*point)).take(looks).enumerate() {
-                let now = left.keep(&self.windows[side - 1], dx, dy);
-                if now == 0 {
+                if !left.keep(&self.windows[side - 1], dx, dy) {
                     return;
                 }
                 // Looks that drop little cost more here than in the halves.
-                if i % 4 == 3 {
+                if i % 5 == 4 {
+                    let now = left.words();
                     if 10 * now > 9 * held {
                         break;
                     }
@@ -186,7 +186,7 @@ impl Search<'_> {
             if last.replace(cell) == Some(cell) {
                 continue;
             }
-            if left.keep(&self.windows[0], cell.0, cell.1) == 0 {
+            if !left.keep(&self.windows[0], cell.0, cell.1) {
                 return;
             }
         }

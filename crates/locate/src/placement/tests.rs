@@ -126,7 +126,7 @@ proptest! {
         start in (0.2..3.8f64, 0.2..2.8f64, -3.1..3.1f64),
         turns in prop::collection::vec(-0.5..0.5f64, 20..120),
         noise in prop::collection::vec((-0.2..0.2f64, -1.0..1.0f64), 120),
-        drift_deg in prop::sample::select(vec![0.0, 0.3, 2.0, 8.0]),
+        drift_deg in prop::sample::select(vec![0.0, 1.5, 4.0, 8.0]),
         length_error in prop::sample::select(vec![0.0, 0.05, 0.2]),
         scale in 0.95..1.05f64,
         known in any::<bool>(),
