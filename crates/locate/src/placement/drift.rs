@@ -35,7 +35,9 @@ const ANCHOR_M: f64 = 8.0;
 /// First headings followed between two reports of progress.
 const BATCH: usize = 16;
 /// Most cells that a plan is cut into.
-const MOST_CELLS: usize = 6_000_000;
+const MOST_CELLS: usize = 2_000_000;
+/// Share of the walls that must be thick enough: a few glazing bars do not make a plan four times as dear.
+const MOSTLY: f64 = 0.9;
 /// How far sets may grow over the plan's edge between anchors, cells.
 const MARGIN: usize = 24;
 
@@ -172,6 +174,7 @@ impl Ground {
 fn finer(plan: &FloorPlan, options: &PlaceOptions) -> usize {
     let (width, height) = (plan.width(), plan.height());
     if 4 * width * height > MOST_CELLS {
+        // Sound all the same: thin walls are then walked through, and the regions are larger than they need be.
         return 1;
     }
     let solid = |c: usize, r: usize| !may_pass(plan, options, r * width + c);
@@ -187,7 +190,7 @@ fn finer(plan: &FloorPlan, options: &PlaceOptions) -> usize {
             }
         }
         let all = (0..width * height).filter(|i| solid(i % width, i / width)).count();
-        held.iter().filter(|h| **h).count() as f64 >= 0.97 * all as f64
+        held.iter().filter(|h| **h).count() as f64 >= MOSTLY * all as f64
     };
     let wanted = if thick(3) {
         1

@@ -21,7 +21,7 @@ const WIDEST: usize = 6;
 /// at in a wider box; windows of the first kind still see most walls, those of the second only what is wide, like the unknown.
 const LOOKS: [(f64, f64, usize); 2] = [(0.35, 1.0, 20), (1.0, 2.5, 5)];
 /// Points of a single placement tested far-apart first, before the rest follows along the path.
-const FAR_APART: usize = 100;
+const FAR_APART: usize = 400;
 /// Boxes whose survivors are counted between two reports of progress.
 const BATCH: usize = 24;
 
