@@ -42,8 +42,11 @@ pub fn run(args: &PlaceArgs) -> Result<(), Failure> {
     task.result.inputs = vec![inputs::entry("poses", file)?, inputs::entry("plan", &args.plan.plan)?];
     let best: Vec<_> = placement.modes.iter().take(SHOWN).map(|mode| at(&path, mode)).collect();
     let headings = args.heading.map_or_else(|| "all headings".to_owned(), |h| format!("heading {h:.0}°"));
-    let drift =
-        if tolerance.is_none() { String::new() } else { format!(", drift {}°/√m, length ± {} %", args.drift, args.length_error) };
+    let drift = if tolerance.is_none() {
+        String::new()
+    } else {
+        format!(", drift {}° per root metre, length ± {} %", args.drift, args.length_error)
+    };
     let conditions = format!("{headings}, {:.2} to {:.2} m a unit{drift}", scales.0, scales.1);
     let title = format!("{} on {}", name_of(file), name_of(&args.plan.plan));
     let picture = PlacementPicture {

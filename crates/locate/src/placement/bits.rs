@@ -70,23 +70,51 @@ impl Bitmap {
         at(i) >> shift_bits | high
     }
 
-    /// Keeps the cells c for which `other` holds c + (dx, dy).
+    /// Keeps the cells c for which `other`, of the same size, holds c + (dx, dy).
+    ///
+    /// All rows are taken as one long row, which is moved as a whole; what came in from the neighbouring row is cleared after.
     pub(super) fn and_moved(&mut self, other: &Bitmap, dx: i64, dy: i64) {
+        let old = self.rows.clone();
+        let within = |row: i64| row.clamp(old.start as i64, old.end as i64) as usize;
+        let mut rows = within(-dy)..within(self.height as i64 - dy);
+        if dx.unsigned_abs() as usize >= self.width || rows.start >= rows.end {
+            rows = old.start..old.start;
+        }
+        self.words[old.start * self.per_row..rows.start * self.per_row].fill(0);
+        self.words[rows.end * self.per_row..old.end * self.per_row].fill(0);
         let (shift_words, shift_bits) = (dx.div_euclid(64), dx.rem_euclid(64) as u32);
-        let (mut first, mut last) = (usize::MAX, 0);
-        for row in self.rows.clone() {
-            let source = row as i64 + dy;
-            let words = &mut self.words[row * self.per_row..(row + 1) * self.per_row];
-            if source < 0 || source >= other.height as i64 {
-                words.fill(0);
-                continue;
-            }
-            if and_row(words, other.row(source as usize), shift_words, shift_bits) {
-                first = first.min(row);
-                last = row;
+        let target = rows.start * self.per_row..rows.end * self.per_row;
+        and_long(&mut self.words, target, &other.words, dy * self.per_row as i64 + shift_words, shift_bits);
+        self.clear_moved_in(&rows, dx);
+        let none = |row: usize| self.row(row).iter().all(|word| *word == 0);
+        while rows.start < rows.end && none(rows.start) {
+            rows.start += 1;
+        }
+        while rows.start < rows.end && none(rows.end - 1) {
+            rows.end -= 1;
+        }
+        self.rows = rows;
+    }
+
+    /// Clears the columns c of these rows for which c + dx is on no column.
+    fn clear_moved_in(&mut self, rows: &Range<usize>, dx: i64) {
+        let by = (dx.unsigned_abs() as usize).min(self.width);
+        let columns = if dx > 0 { self.width - by..self.width } else { 0..by };
+        if columns.is_empty() {
+            return;
+        }
+        let (first, last) = (columns.start / 64, (columns.end - 1) / 64);
+        let (from, to) = (u64::MAX << (columns.start % 64), u64::MAX >> (63 - (columns.end - 1) % 64));
+        for row in rows.clone() {
+            let line = &mut self.words[row * self.per_row..(row + 1) * self.per_row];
+            if first == last {
+                line[first] &= !(from & to);
+            } else {
+                line[first] &= !from;
+                line[first + 1..last].fill(0);
+                line[last] &= !to;
             }
         }
-        self.rows = if first == usize::MAX { 0..0 } else { first..last + 1 };
     }
 
     /// Adds the cells c for which `other` holds c + (dx, dy).
@@ -223,36 +251,24 @@ impl Bitmap {
     }
 }
 
-/// `words[i] &=` the moved source; says whether any is left.
-fn and_row(words: &mut [u64], source: &[u64], shift_words: i64, shift_bits: u32) -> bool {
-    let n = words.len() as i64;
-    // Words for which both words of the source are there take the fast way.
-    let (low, high) = ((-shift_words).clamp(0, n), (n - 1 - shift_words).clamp(0, n));
-    let (low, high) = (low as usize, high.max(low) as usize);
-    let mut any = 0;
-    if low < high {
-        let from = (low as i64 + shift_words) as usize;
-        let (first, second) = (&source[from..from + high - low], &source[from + 1..=from + high - low]);
-        if shift_bits == 0 {
-            for (word, a) in words[low..high].iter_mut().zip(first) {
-                *word &= a;
-                any |= *word;
-            }
-        } else {
-            for ((word, a), b) in words[low..high].iter_mut().zip(first).zip(second) {
-                *word &= a >> shift_bits | b << (64 - shift_bits);
-                any |= *word;
-            }
+/// `words[i] &=` the source's word i + `by`, moved on by `bits`, for each i in `target`; beyond the source is nothing.
+fn and_long(words: &mut [u64], target: Range<usize>, source: &[u64], by: i64, bits: u32) {
+    let whole = |i: i64| i.clamp(target.start as i64, target.end as i64) as usize;
+    // Where both words of the source are there.
+    let fast = whole(-by)..whole(source.len() as i64 - 1 - by).max(whole(-by));
+    if !fast.is_empty() {
+        let from = (fast.start as i64 + by) as usize;
+        let (first, second) = (&source[from..from + fast.len()], &source[from + 1..from + 1 + fast.len()]);
+        for ((word, a), b) in words[fast.clone()].iter_mut().zip(first).zip(second) {
+            // Two shifts, since one by 64 is none.
+            *word &= a >> bits | b << 1 << (63 - bits);
         }
     }
     let at = |i: i64| usize::try_from(i).ok().and_then(|i| source.get(i)).copied().unwrap_or(0);
-    for i in (0..low).chain(high..words.len()) {
-        let j = i as i64 + shift_words;
-        let more = if shift_bits == 0 { 0 } else { at(j + 1) << (64 - shift_bits) };
-        words[i] &= at(j) >> shift_bits | more;
-        any |= words[i];
+    for i in (target.start..fast.start).chain(fast.end..target.end) {
+        let j = i as i64 + by;
+        words[i] &= at(j) >> bits | at(j + 1) << 1 << (63 - bits);
     }
-    any != 0
 }
 
 fn bits_of(bits: u64) -> impl Iterator<Item = usize> {

@@ -25,6 +25,19 @@ struct Block {
     last: (usize, usize),
 }
 
+impl Block {
+    fn take(&mut self, column: usize, row: usize) {
+        self.join(&Block { count: 1, columns: column, rows: row, last: (column, row) });
+    }
+
+    fn join(&mut self, other: &Block) {
+        self.count += other.count;
+        self.columns += other.columns;
+        self.rows += other.rows;
+        self.last = other.last;
+    }
+}
+
 #[derive(Debug, Clone, Copy, Default)]
 struct Heap {
     count: f64,
@@ -57,9 +70,23 @@ impl Heaps {
         let turn = heading / std::f64::consts::TAU;
         let sector = ((turn - turn.floor()) * SECTORS as f64) as i64 % SECTORS;
         let mut blocks: BTreeMap<(i64, i64), Block> = BTreeMap::new();
+        // Cells come row by row: neighbours are counted together before the map is asked.
+        let mut run: Option<((i64, i64), Block)> = None;
         for (column, row) in cells {
-            let block = blocks.entry(((column / self.block) as i64, (row / self.block) as i64)).or_default();
-            *block = Block { count: block.count + 1, columns: block.columns + column, rows: block.rows + row, last: (column, row) };
+            let key = ((column / self.block) as i64, (row / self.block) as i64);
+            match &mut run {
+                Some((at, block)) if *at == key => block.take(column, row),
+                _ => {
+                    let mut block = Block::default();
+                    block.take(column, row);
+                    if let Some((at, done)) = run.replace((key, block)) {
+                        blocks.entry(at).or_default().join(&done);
+                    }
+                }
+            }
+        }
+        if let Some((at, done)) = run {
+            blocks.entry(at).or_default().join(&done);
         }
         let (s, c) = libm::sincos(heading);
         for ((block_column, block_row), Block { count, columns, rows, last: (column, row) }) in blocks {

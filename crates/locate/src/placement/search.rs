@@ -80,6 +80,8 @@ struct Search<'a> {
     windows: Vec<Bitmap>,
     /// Order in which points are looked at.
     order: Vec<usize>,
+    /// All points of the path, those that are far apart first.
+    points: Vec<(f64, f64)>,
     end_turn_rad: f64,
 }
 
@@ -96,7 +98,12 @@ pub(super) fn all(
         windows.push(windows[side - 2].windows(2));
     }
     let order = spread_order(candidates.points.len());
-    let search = Search { candidates, plan, windows, order, end_turn_rad };
+    let first = &order[..order.len().min(FAR_APART)];
+    let mut later = vec![true; order.len()];
+    first.iter().for_each(|i| later[*i] = false);
+    let indices = first.iter().copied().chain((0..later.len()).filter(|i| later[*i]));
+    let points = indices.map(|i| candidates.points[i]).collect();
+    let search = Search { candidates, plan, windows, order, points, end_turn_rad };
     let boxes = search.first_boxes();
     let all_starts = starts.survivors();
     let mut found = Found::nothing(starts, plan);
@@ -179,10 +186,9 @@ impl Search<'_> {
     fn place(&self, heading: f64, scale: f64, mut left: Survivors, grid: &Bitmap, found: &mut Found) {
         let turn = libm::sincos(heading);
         let per_unit = scale / self.plan.cell_m();
-        let far_apart = self.order.iter().take(FAR_APART).map(|i| self.candidates.points[*i]);
         let mut last = None;
-        for point in far_apart.chain(self.candidates.points.iter().copied()) {
-            let cell = offset(point, turn, per_unit);
+        for point in &self.points {
+            let cell = offset(*point, turn, per_unit);
             if last.replace(cell) == Some(cell) {
                 continue;
             }
