@@ -35,9 +35,9 @@ pub struct AmbiguityOptions {
 }
 
 impl Default for AmbiguityOptions {
-    /// 200 places, 32 m, the noise of the localiser's sightings.
+    /// 140 places, 32 m, the noise of the localiser's sightings.
     fn default() -> Self {
-        Self { places: 200, length_m: 32.0, scale_spread: 0.3, range_sigma_m: 0.12, range_sigma_share: 0.04, reach_m: 12.0 }
+        Self { places: 140, length_m: 32.0, scale_spread: 0.3, range_sigma_m: 0.12, range_sigma_share: 0.04, reach_m: 12.0 }
     }
 }
 
