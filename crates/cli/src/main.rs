@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         Command::Track(args) => command::track::run(args),
         Command::Locate(args) => command::locate::run(args),
         Command::Place(args) => command::place::run(args),
+        Command::Plan(args) => command::plan::run(args),
         Command::Eval(args) => command::eval::run(args),
         Command::Sim(args) => command::sim::run(args),
         Command::Bench(args) => command::bench::run(args),

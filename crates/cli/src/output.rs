@@ -16,7 +16,7 @@ pub struct Output {
 
 /// Results that would contradict those of another run. Files that may be somebody's input (odometry, sightings, cameras, plans,
 /// truths) are not among them: they are only ever overwritten.
-const RESULTS: [&str; 22] = [
+const RESULTS: [&str; 25] = [
     "result.json",
     "timing.json",
     "track.csv",
@@ -30,6 +30,9 @@ const RESULTS: [&str; 22] = [
     "particles.png",
     "place.svg",
     "place.png",
+    "plan_info.json",
+    "ambiguity.svg",
+    "ambiguity.png",
     "report.html",
     "eval.json",
     "eval-curves.csv",

@@ -98,7 +98,7 @@ impl LocateOptions {
             relocalise: true,
             particles_seeing: 150_000,
             look: LookOptions::default(),
-            attempts: 1,
+            attempts: 3,
         }
     }
 

@@ -1,12 +1,14 @@
 //! Localisation of a path and its sightings on a floor plan.
 //!
 //! path + sightings × plan ──▶ [`localize`]: a particle filter over pose and scale ──▶ posterior, hypotheses, smoothed track, verdict
-//! path × plan ──▶ [`place`]: every start from which a perfect path hits no wall
+//! path × plan ──▶ [`place`]: every start from which a path, perfect or drifting, hits no wall, and every end
+//! plan ──▶ [`ambiguity`]: how far one must walk to know where one is, and where the plan would fool anyone
 //!
 //! The filter is causal and can be fed live ([`Localizer`]); smoothing comes after. "Don't know" is an answer
 //! ([`planwalk_types::Status`]), not an error. Nothing here touches a file, a clock or entropy; the same seed gives the same
 //! bytes on any number of threads.
 
+mod ambiguity;
 mod approx;
 mod attempts;
 mod banded;
@@ -37,6 +39,7 @@ mod survival;
 mod verdict;
 mod walls;
 
+pub use ambiguity::{Ambiguity, AmbiguityOptions, ConfusablePair, TriedWalk, ambiguity};
 pub use cast::Look;
 pub use contradicted::{ContradictedKind, ContradictedWall};
 pub use discriminate::{Apart, Going, View as ApartView};
@@ -44,7 +47,7 @@ pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
 pub use look::{FirstLook, LookOptions, first_look};
 pub use motion::NoiseFloor;
-pub use placement::{PlaceOptions, Placement, PlacementMode, place};
+pub use placement::{PlaceOptions, Placement, PlacementMode, Tolerance, place};
 pub use prior::{ScalePrior, StartPrior};
 pub use report::{ReportOptions, localize_by_report};
 pub use run::{Localization, Quality, localize, localize_observed};
@@ -118,5 +121,20 @@ pub enum LocateError {
         low: f64,
         /// Highest, metres a unit.
         high: f64,
+    },
+    /// A tolerance that is none, or so large that anything fits.
+    #[error(
+        "a drift of {:.3}°/√m with a length error of {:.1} % cannot be placed: give at most {:.1}°/√m and {:.0} %, none negative",
+        drift_rad_per_sqrt_m.to_degrees(), 100.0 * length_error, most_drift.to_degrees(), 100.0 * most_length_error
+    )]
+    BadTolerance {
+        /// Heading drift, radians per √metre.
+        drift_rad_per_sqrt_m: f64,
+        /// Most that can be placed.
+        most_drift: f64,
+        /// Error of a step's length, a share of it.
+        length_error: f64,
+        /// Most that can be placed.
+        most_length_error: f64,
     },
 }

@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_fast_update_does_what_the_book_says() {
-        let plan = office().unwrap();
+        let plan = office(100.0, 5).unwrap();
         let (options, motion, seed) = (options(), motion(), Seed(9));
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);
@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn the_same_bytes_with_and_without_wide_registers() {
-        let plan = office().unwrap();
+        let plan = office(100.0, 5).unwrap();
         let options = options();
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);

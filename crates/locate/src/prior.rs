@@ -104,7 +104,7 @@ pub(crate) fn weight(cell: Cell, inside: f32) -> f64 {
 }
 
 /// The weight of a place off the grid, local metres; 0 on it, where the cells know better.
-pub(crate) fn weight_beyond(&(x, y): &(f32, f32), walls: &Walls) -> f64 {
+pub(crate) fn weight_beyond((x, y): (f32, f32), walls: &Walls) -> f64 {
     let (size_x, size_y) = walls.size_m();
     let held = x >= 0.0 && y >= 0.0 && x < size_x && y < size_y;
     if held { 0.0 } else { OUTSIDE_WEIGHT }

@@ -471,7 +471,7 @@ fn place_and_filter_agree_on_where_a_perfect_walk_began() {
     let found = (column - 2..=column + 2).any(|c| (row - 2..=row + 2).any(|r| near(c, r)));
     assert!(found, "the true start is in the region or within 0.2 m of it");
     assert!(placement.area_m2 < 5.0, "a long walk fits few places: {} m²", placement.area_m2);
-    assert!(placement.modes.iter().any(|m| m.start.origin().distance(truth[0].origin()) < 0.6), "{:?}", placement.modes);
+    assert!(placement.modes.iter().any(|m| m.pose.origin().distance(truth[0].origin()) < 0.6), "{:?}", placement.modes);
     let odom: Vec<Rigid2<Odom, planwalk_types::Body>> = path.poses();
     assert_eq!(odom.len(), truth.len());
 }

@@ -9,6 +9,7 @@ pub mod bench;
 pub mod evaluate;
 pub mod figure;
 mod film;
+pub mod plan_info;
 pub mod report;
 pub mod result;
 pub mod run;

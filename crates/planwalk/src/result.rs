@@ -208,6 +208,23 @@ pub struct PlacementEntry {
     pub tried: usize,
     /// Separate places, largest first.
     pub modes: Vec<PlacementModeEntry>,
+    /// Area of the possible ends, m².
+    #[serde(default)]
+    pub end_area_m2: f64,
+    /// Separate places of the end, largest first.
+    #[serde(default)]
+    pub end_modes: Vec<EndModeEntry>,
+}
+
+/// One place where a path can end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EndModeEntry {
+    /// An end there.
+    pub end: PoseEntry,
+    /// Metres per unit of the path.
+    pub metres_per_unit: f64,
+    /// Share of all placements.
+    pub share: f64,
 }
 
 /// One place where a path fits.

@@ -197,10 +197,23 @@ fn the_trajectory_is_drawn_from_the_first_camera() {
 fn placements_and_particles_are_drawn() {
     let plan = plan();
     let region: Vec<bool> = (0..plan.cells().len()).map(|i| i % plan.width() < 40 && i / plan.width() < 40).collect();
-    let picture =
-        PlacementPicture { title: "p", plan: &plan, start_region: &region, area_m2: 1.5, best: &truth(), conditions: "all headings" };
+    let picture = PlacementPicture {
+        title: "p",
+        plan: &plan,
+        start_region: &region,
+        area_m2: 1.5,
+        end_region: &region,
+        end_area_m2: 2.5,
+        best: &[truth()],
+        drifts: false,
+        conditions: "all headings",
+    };
     let svg = picture.svg();
-    assert!(words(&svg).contains(&"The path can start anywhere in the red region: 1.5 m² (all headings)."), "{:?}", words(&svg));
+    assert!(
+        words(&svg).contains(&"The path can start anywhere in the red region, 1.5 m², and end in the blue one, 2.5 m² (all headings)."),
+        "{:?}",
+        words(&svg)
+    );
     let nowhere = PlacementPicture { start_region: &[], best: &[], ..picture }.svg();
     assert!(words(&nowhere).iter().any(|w| w.contains("fits nowhere")));
     let cloud = |i: i64| ParticleCloud {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod eval;
+mod plan;
 mod sim;
 
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ use crate::command::Task;
 
 pub use bench::BenchArgs;
 pub use eval::EvalArgs;
+pub use plan::{PlanCommand, PlanCommandArgs, PlanInfoArgs};
 pub use sim::{NoiseName, SimArgs, SimKind};
 
 /// Tells where on a floor plan a first-person video was walked, how sure it is, and where else it could have been.
@@ -64,8 +66,17 @@ pub enum Command {
     /// Shows every place of a plan where a trajectory fits without touching a wall
     #[command(after_help = "Examples:
   planwalk place --poses walk.tum --plan map.yaml --odometry-scale metric -o out
-  planwalk place --poses walk.tum --plan map.yaml --heading 90 --scale-range 0.8,1.2 -o out")]
+  planwalk place --poses walk.tum --plan map.yaml --heading 90 --scale-range 0.8,1.2 -o out
+  planwalk place --poses wheels.tum --plan map.yaml --odometry-scale metric --drift 0.5 --length-error 2 -o out
+
+Without --drift and --length-error the trajectory is taken as perfect: one that drifts by half a corridor's width fits nowhere. With
+them it may bend within what they allow, and no such walk is missed; the regions then hold more than those walks.")]
     Place(PlaceArgs),
+    /// Says what is on a plan, and how far one must walk on it to know where one is
+    #[command(after_help = "Examples:
+  planwalk plan info floor2.png --metres-per-pixel 0.02
+  planwalk plan info map.yaml --ambiguity -o out --json")]
+    Plan(PlanCommandArgs),
     /// Scores a result, or a trajectory from elsewhere, against the truth
     #[command(after_help = "Examples:
   planwalk eval out --truth truth.tum
@@ -276,6 +287,12 @@ pub struct PlaceArgs {
     /// Metres per unit of the poses, from and to [default: as --odometry-scale says]
     #[arg(long, value_name = "LOW,HIGH", value_parser = scale_range)]
     pub scale_range: Option<(f64, f64)>,
+    /// How far the trajectory's heading drifts at most, degrees per √metre: over any 4 m by twice, over 100 m by ten times as much
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0)]
+    pub drift: f64,
+    /// How far the length of any stretch is off at most, per cent, on top of the scale
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
+    pub length_error: f64,
     /// Shared arguments.
     #[command(flatten)]
     pub common: Common,

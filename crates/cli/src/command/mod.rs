@@ -5,6 +5,7 @@ pub mod demo;
 pub mod eval;
 pub mod locate;
 pub mod place;
+pub mod plan;
 pub mod sim;
 pub mod track;
 pub mod video;

@@ -101,7 +101,7 @@ fn the_demo_needs_no_argument_and_every_command_shows_examples() {
         let output = planwalk().args([command, "--help"]).output().unwrap();
         String::from_utf8(output.stdout).unwrap()
     };
-    for command in ["demo", "track", "locate", "place", "eval"] {
+    for command in ["demo", "track", "locate", "place", "plan", "eval"] {
         assert!(help(command).contains("Examples:"), "{command}");
     }
     assert!(help("demo").contains("[default: planwalk-demo]"), "{}", help("demo"));

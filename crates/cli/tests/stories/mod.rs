@@ -4,6 +4,7 @@ mod bad_input;
 mod bench;
 mod eval;
 mod manners;
+mod plan;
 mod real_data;
 mod results;
 mod sim;

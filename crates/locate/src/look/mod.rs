@@ -103,9 +103,8 @@ impl Atlas {
     pub(crate) fn new(plan: &FloorPlan, walls: &Walls) -> Self {
         let horizon = Horizon::new(walls);
         let mut weights = vec![0.0f64; horizon.width * horizon.height];
-        for cell in 0..weights.len() {
-            let (x, y) = horizon.centre(cell % horizon.width, cell / horizon.width);
-            weights[cell] = prior::weight_beyond(&(x, y), walls);
+        for (cell, weight) in weights.iter_mut().enumerate() {
+            *weight = prior::weight_beyond(horizon.centre(cell % horizon.width, cell / horizon.width), walls);
         }
         for (i, (cell, inside)) in plan.cells().iter().zip(plan.inside()).enumerate() {
             let (x, y) = ((i % plan.width()) as f32 + 0.5, (i / plan.width()) as f32 + 0.5);

@@ -64,7 +64,7 @@ impl Metric {
     }
 }
 
-/// The columns, in order. A record shows those that it has. A new metric goes to the end of its part, [`Metric::extra`] unless every
+/// The columns, in order. A record shows those that it has. A new metric goes to the end of its part, extra unless every
 /// bench should show it.
 pub const METRICS: &[Metric] = &[
     Metric::new("end right %", Kind::Share, |r| flag(place(r)?.track.end_right)).percent().higher().drawn(),

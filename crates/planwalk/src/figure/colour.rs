@@ -29,6 +29,9 @@ pub(super) const PATH: &str = "#1565c0";
 /// Needles, dots and regions that go with it.
 pub(super) const RED: &str = "#e53935";
 
+/// From soon to never; darkness grows all along, so that it also reads in grey.
+pub(super) const HEAT: [&str; 7] = ["#fff7bc", "#fee391", "#fec44f", "#fb8a3c", "#e34a33", "#b30000", "#4a0033"];
+
 /// Other hypotheses, likeliest first; told apart also by those who see few colours.
 pub(super) const OTHERS: [&str; 5] = ["#d81b60", "#ef6c00", "#6d4c41", "#8e24aa", "#546e7a"];
 

@@ -1,12 +1,13 @@
 //! What does a person need to see? Drawings as SVG text, and as PNG through [`png_of`]; no fonts, no files, no network.
 //!
 //! [`TrackPicture`]: the walk on the plan with its doubt · [`TrajectoryPicture`]: the camera's path by itself ·
-//! [`PlacementPicture`]: all places where a path fits · [`ParticlePicture`]: the filter at work · [`BenchPicture`]: many walks.
+//! [`PlacementPicture`]: all places where a path fits · [`AmbiguityPicture`]: where a plan would fool anyone · [`ParticlePicture`]: the filter at work · [`BenchPicture`]: many walks.
 //! With a truth: [`ErrorPicture`]: error along the walk · [`CalibrationPicture`]: whether the doubt was honest ·
 //! [`OverlayPicture`]: an odometry over the truth.
 //!
 //! Plans are drawn y up, in metres; the sheet itself is SVG's pixels, y down.
 
+mod ambiguity;
 mod animation;
 mod bench;
 mod calibration;
@@ -24,6 +25,7 @@ pub(crate) mod svg;
 mod track;
 mod trajectory;
 
+pub use ambiguity::AmbiguityPicture;
 pub use animation::gif_of;
 pub use bench::BenchPicture;
 pub use calibration::CalibrationPicture;

@@ -1,0 +1,84 @@
+//! What `plan info` says of a plan, and what `place` says of a trajectory that drifts.
+
+use std::fs;
+
+use planwalk::locate::{AmbiguityOptions, ConfusablePair, ambiguity};
+use planwalk::plan_info::PlanInfo;
+use planwalk::result::ResultFile;
+use planwalk::types::Seed;
+use planwalk_sim::{Building, BuildingKind, BuildingOptions};
+
+use crate::support::{failure, folder, planwalk, room, straight_walk};
+
+#[test]
+fn plan_info_tells_size_floor_and_walls_and_writes_nothing_unasked() {
+    let dir = folder();
+    let plan = room(dir.path());
+    let output = planwalk().args(["plan", "info", "--json"]).arg(&plan).current_dir(dir.path()).output().unwrap();
+    assert!(output.status.success());
+    let info: PlanInfo = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((info.schema.as_str(), info.size_cells, info.doors), ("planwalk-plan-info/1", [120, 80], 0));
+    // 10 m × 6 m within walls of one cell.
+    // The walls' outer faces count as inside within a coarse cell of 25 cm.
+    assert!((info.inside_m2 - 58.4).abs() < 4.0, "{}", info.inside_m2);
+    assert!(info.ambiguity.is_none());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("12.0 m × 8.0 m"));
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2, "the plan's own files");
+}
+
+#[test]
+fn options_of_the_ambiguity_are_refused_without_it() {
+    let dir = folder();
+    let plan = room(dir.path());
+    let said = failure(planwalk().args(["plan", "info", "--seed", "3"]).arg(&plan), 2);
+    assert!(said.contains("--ambiguity"), "{said}");
+    failure(planwalk().args(["plan", "info", "no-such.png", "--metres-per-pixel", "0.1"]), 4);
+}
+
+#[test]
+fn a_room_of_four_equal_corners_stays_ambiguous_and_is_drawn() {
+    let dir = folder();
+    let (plan, out) = (room(dir.path()), dir.path().join("out"));
+    planwalk().args(["plan", "info", "--ambiguity", "--quiet"]).arg(&plan).arg("-o").arg(&out).assert().success();
+    let info: PlanInfo = serde_json::from_str(&fs::read_to_string(out.join("plan_info.json")).unwrap()).unwrap();
+    let found = info.ambiguity.unwrap();
+    assert!(found.never > 0.9 && found.median_m.is_none() && !found.pairs.is_empty(), "{found:?}");
+    assert!(fs::read(out.join("ambiguity.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn the_mirrored_places_of_a_ring_are_found() {
+    // Turned by 180° the ring looks nearly the same.
+    let options = BuildingOptions { kind: BuildingKind::Loop, ..BuildingOptions::default() };
+    let plan = Building::generate(&options, Seed(4)).unwrap().plan(0.1, 1.0).unwrap();
+    let found = ambiguity(&plan, &AmbiguityOptions { places: 24, length_m: 16.0, ..Default::default() }, Seed(0), &mut |_| {});
+    let kept = found.walks.iter().filter(|walk| walk.kept_itself).count() as f64 / found.walks.len() as f64;
+    assert!(found.walks.len() >= 24 && kept >= 0.8, "{kept} of {}", found.walks.len());
+    let (width, height) = plan.size_m();
+    let middle = (plan.origin().x + 0.5 * width, plan.origin().y + 0.5 * height);
+    let mirrored = |pair: &&ConfusablePair| {
+        let (x, y) = (2.0 * middle.0 - pair.a.x, 2.0 * middle.1 - pair.a.y);
+        // Within a room's width.
+        (pair.b.x - x).hypot(pair.b.y - y) < 3.0
+    };
+    assert!(found.pairs.iter().any(|pair| mirrored(&pair)), "{:?}", found.pairs);
+}
+
+#[test]
+fn place_forgives_the_drift_that_is_stated() {
+    let dir = folder();
+    let (walk, plan) = (straight_walk(dir.path()), room(dir.path()));
+    // 3.9 m said, 12.5 m at this scale: longer than the plan, unless it was a quarter shorter than said.
+    let place = |out: &str, more: &[&str]| {
+        let mut command = planwalk();
+        command.arg("place").arg("--poses").arg(&walk).arg("--plan").arg(&plan).args(["--scale-range", "3.2,3.2", "--heading", "0"]);
+        command.args(more).arg("--quiet").arg("-o").arg(dir.path().join(out));
+        command
+    };
+    failure(&mut place("perfect", &[]), 5);
+    place("drifting", &["--length-error", "25", "--drift", "1"]).assert().success();
+    let text = fs::read_to_string(dir.path().join("drifting/result.json")).unwrap();
+    let placement = serde_json::from_str::<ResultFile>(&text).unwrap().placement.unwrap();
+    assert!(placement.area_m2 > 0.0 && placement.end_area_m2 > 0.0 && !placement.end_modes.is_empty());
+    assert!(failure(&mut place("absurd", &["--drift", "90"]), 2).contains("--drift"));
+}
