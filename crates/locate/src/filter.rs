@@ -340,7 +340,9 @@ impl<'a> Localizer<'a> {
         self.parents = (0..self.cloud.len() as u32).collect();
         self.since_resampling_m += moved_m;
         self.unit_variance += motion.unit_variance;
-        if self.cloud.effective_share() < self.options.resample_below || self.unit_variance > UNIT_CHANGED {
+        let few = self.cloud.effective_share() < self.options.resample_below;
+        // What a look finds joins a cloud whose weights are even.
+        if few || self.unit_variance > UNIT_CHANGED || due.is_some() {
             self.resample(seed);
         }
         if let Some(due) = due {
@@ -351,43 +353,47 @@ impl<'a> Localizer<'a> {
 
     /// Looks over the whole plan for places that explain the last metres, and gives them a share of the cloud.
     fn look_around(&mut self, due: Due, seed: Seed) {
-        let options = &self.options;
-        let Some(scene) = self.near_past.scene(options.look.way_m, options.scale.metres_per_unit, options.look.rays) else { return };
-        let atlas = self.atlas.get_or_insert_with(|| Atlas::new(self.plan, &self.walls));
-        // Only to make sure, scales are tried near the one that is believed; in doubt all are.
-        let (log_scale, sigma) = self.cloud.scale();
-        let believed =
-            ScalePrior { metres_per_unit: libm::exp(log_scale), relative_sigma: sigma.max(0.02).min(options.scale.relative_sigma) };
-        let scale = if due == Due::Check { believed } else { options.scale };
-        // What speaks for the place that is believed is older than the last metres: only a rival as good as it counts then.
-        let keep_nats = if due == Due::Check { 0.3 * options.look.keep_nats } else { options.look.keep_nats };
-        let look_options = LookOptions { keep_nats, ..options.look };
-        let looked = look(atlas, &self.walls, &self.scorer, &scene, &LocateOptions { scale, look: look_options, ..options.clone() });
-        let best = self.modes.modes.first().map(|m| m.mean);
-        let known = |leaf: &Leaf| {
-            best.is_some_and(|b| {
-                let (dx, dy, turn) = (f64::from(leaf.x) - b.x, f64::from(leaf.y) - b.y, wrap_angle(f64::from(leaf.heading) - b.z));
-                due != Due::First && dx.hypot(dy) < 1.5 && turn.abs() < 0.5
-            })
-        };
-        let (elsewhere, mass) = looked.without(known);
-        let most = match due {
-            Due::First | Due::Doubt => 0.9,
-            Due::Check => 0.1,
+        let (look_options, metres_per_unit) = (self.options.look, self.options.scale.metres_per_unit);
+        let Some(scene) = self.near_past.scene(look_options.way_m, metres_per_unit, look_options.rays) else { return };
+        let atlas = self.atlas.take().unwrap_or_else(|| Atlas::new(self.plan, &self.walls));
+        let looked = look(&atlas, &self.walls, &self.scorer, &scene, &self.options_of_look(due));
+        self.atlas = Some(atlas);
+        let (elsewhere, mass) = looked.without(|leaf| due != Due::First && self.is_believed(leaf));
+        // The place that is believed has more to speak for it than the last metres.
+        let (most, count) = match due {
+            Due::First | Due::Doubt => (0.9, look_options.particles),
+            Due::Check => (0.1, look_options.particles / 5),
         };
         let share = mass.min(most);
         if elsewhere.leaves.is_empty() || share < 0.01 {
             return;
         }
-        self.resample(seed);
-        let count = if due == Due::Check { self.options.look.particles / 5 } else { self.options.look.particles };
-        let fresh = elsewhere.draw(count, seed);
-        self.cloud.join(&fresh, share);
+        self.cloud.join(&elsewhere.draw(count, seed), share);
         self.parents.resize(self.cloud.len(), NO_PARENT);
         self.particles_most = self.particles_most.max(self.cloud.len());
-        if share > 0.5 && due == Due::Doubt {
+        if due == Due::Doubt && share > 0.5 {
             self.evidence = Evidence::default();
         }
+    }
+
+    /// Only to make sure, scales are tried near the one that is believed, and only rivals as good count; else all are.
+    fn options_of_look(&self, due: Due) -> LocateOptions {
+        let mut options = self.options.clone();
+        if due == Due::Check {
+            let (log_scale, sigma) = self.cloud.scale();
+            let relative_sigma = sigma.max(0.02).min(options.scale.relative_sigma);
+            options.scale = ScalePrior { metres_per_unit: libm::exp(log_scale), relative_sigma };
+            options.look.keep_nats *= 0.3;
+        }
+        options
+    }
+
+    /// Whether this is where the heaviest mode is.
+    fn is_believed(&self, leaf: &Leaf) -> bool {
+        self.modes.modes.first().is_some_and(|mode| {
+            let (dx, dy) = (f64::from(leaf.x) - mode.mean.x, f64::from(leaf.y) - mode.mean.y);
+            dx.hypot(dy) < 1.5 && wrap_angle(f64::from(leaf.heading) - mode.mean.z).abs() < 0.5
+        })
     }
 
     /// A million particles look at fewer things than a thousand: the work of an update stays bounded.
