@@ -2,7 +2,7 @@
 //!
 //! FloorPlan or StartPrior ──▶ particles that cover it evenly; OdometryScale + Path ──▶ ScalePrior
 
-use planwalk_types::{Cell, FloorPlan, OdometryScale, Path, Seed, wrap_angle};
+use planwalk_types::{Cell, FloorPlan, OdometryScale, Path, Pt2, Seed, wrap_angle};
 
 use crate::motion::{normal, uniform};
 use crate::particles::Particles;
@@ -103,11 +103,10 @@ pub(crate) fn weight(cell: Cell, inside: f32) -> f64 {
     }
 }
 
-/// The weight of a place off the grid, local metres; 0 on it, where the cells know better.
-pub(crate) fn weight_beyond((x, y): (f32, f32), walls: &Walls) -> f64 {
-    let (size_x, size_y) = walls.size_m();
-    let held = x >= 0.0 && y >= 0.0 && x < size_x && y < size_y;
-    if held { 0.0 } else { OUTSIDE_WEIGHT }
+/// The weight of a place, local metres; off the grid is outside.
+pub(crate) fn weight_at(plan: &FloorPlan, (x, y): (f32, f32)) -> f64 {
+    let at = plan.cell_at(Pt2::new(plan.origin().x + f64::from(x), plan.origin().y + f64::from(y)));
+    at.map(|(column, row)| row * plan.width() + column).map_or(OUTSIDE_WEIGHT, |i| weight(plan.cells()[i], plan.inside()[i]))
 }
 
 /// Floor weighed by how likely one is on it, m².
@@ -183,7 +182,7 @@ pub(crate) fn particles(poses: &[LocalPose], scale: &ScalePrior, seed: Seed) -> 
 mod tests {
     use super::*;
     use nalgebra::Matrix3;
-    use planwalk_types::{Pt2, Stamp, Step, Wall};
+    use planwalk_types::{Stamp, Step, Wall};
 
     fn plan() -> FloorPlan {
         let wall = |x0: f64, y0: f64, x1: f64, y1: f64| Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) };

@@ -2,7 +2,7 @@
 //!
 //! Path + sightings ──[`Localizer::push`] for each step──▶ [`Localizer::finish`] ──▶ [`Localization`]
 
-use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, ScaleEstimate, Sighting, Status};
+use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, ScaleEstimate, Sighting, Status, Step};
 
 use crate::LocateError;
 use crate::attempts::{self, Attempt};
@@ -138,11 +138,7 @@ fn run(
     observer: &mut dyn FnMut(&FilterView<'_>),
 ) -> Result<Localization, LocateError> {
     let mut localizer = Localizer::new(plan, options)?;
-    let before = path.steps.first().map_or(0, |step| sightings.partition_point(|s| s.stamp < step.from));
-    let mut seen = &sightings[before..];
-    for (index, step) in path.steps.iter().enumerate() {
-        let (now, later) = seen.split_at(seen.partition_point(|s| s.stamp <= step.to));
-        seen = later;
+    for (index, (step, now)) in with_sightings(path, sightings).enumerate() {
         let updates = localizer.updates();
         localizer.push(step, now);
         if localizer.updates() > updates {
@@ -151,6 +147,17 @@ fn run(
         progress(0.95 * (index + 1) as f64 / path.steps.len() as f64);
     }
     localizer.finish()
+}
+
+/// Each step with what was seen during it, of sightings in time order (the first step's include those of its start).
+pub(crate) fn with_sightings<'a>(path: &'a Path, sightings: &'a [Sighting]) -> impl Iterator<Item = (&'a Step, &'a [Sighting])> {
+    let before = path.steps.first().map_or(0, |step| sightings.partition_point(|s| s.stamp < step.from));
+    let mut seen = &sightings[before..];
+    path.steps.iter().map(move |step| {
+        let (now, later) = seen.split_at(seen.partition_point(|s| s.stamp <= step.to));
+        seen = later;
+        (step, now)
+    })
 }
 
 pub(crate) fn check(path: &Path) -> Result<(), LocateError> {

@@ -8,8 +8,10 @@ use rayon::prelude::*;
 
 use crate::walls::Walls;
 
-/// Side of a cell, metres: no wider than what walls and ranges are uncertain by.
-pub(crate) const CELL_M: f32 = 0.2;
+/// Smallest side of a cell, metres: no wider than what walls and ranges are uncertain by.
+const CELL_M: f32 = 0.2;
+/// Most cells: each takes a byte a direction, twice while they are made. On sites of more than four hectares sides grow.
+const CELLS_MAX: f32 = 1e6;
 /// Directions: 2° apart; with its neighbours each covers ± 3°.
 pub(crate) const DIRECTIONS: usize = 180;
 /// Metres in a unit of the images.
@@ -27,6 +29,8 @@ pub(crate) struct Horizon {
     /// Cells of a row, a multiple of [`LANES`], and rows.
     pub width: usize,
     pub height: usize,
+    /// Side of a cell, metres.
+    pub cell_m: f32,
     /// Of each direction an image.
     images: Vec<Vec<u8>>,
 }
@@ -35,23 +39,34 @@ impl Horizon {
     /// Looks around everywhere: some fifty million casts a hectare.
     pub(crate) fn new(walls: &Walls) -> Self {
         let (size_x, size_y) = walls.size_m();
-        let width = ((size_x + 2.0 * MARGIN_M) / CELL_M).ceil().max(1.0) as usize;
-        let width = width.div_ceil(LANES) * LANES;
-        let height = ((size_y + 2.0 * MARGIN_M) / CELL_M).ceil().max(1.0) as usize;
-        let exact: Vec<Vec<u8>> = (0..DIRECTIONS).into_par_iter().map(|k| cast_all(walls, width, height, k)).collect();
+        let (size_x, size_y) = (size_x + 2.0 * MARGIN_M, size_y + 2.0 * MARGIN_M);
+        let cell_m = CELL_M.max((size_x * size_y / CELLS_MAX).sqrt());
+        let count = |size: f32| (size / cell_m).ceil().max(1.0) as usize;
+        let (width, height) = (count(size_x).div_ceil(LANES) * LANES, count(size_y));
+        let mut horizon = Self { width, height, cell_m, images: Vec::new() };
+        let exact: Vec<Vec<u8>> = (0..DIRECTIONS).into_par_iter().map(|k| horizon.cast_all(walls, k)).collect();
         let around = |k: usize| [DIRECTIONS - 1, 0, 1].map(|d| exact[(k + d) % DIRECTIONS].as_slice());
-        let images = (0..DIRECTIONS).into_par_iter().map(|k| largest(around(k), width)).collect();
-        Self { width, height, images }
+        horizon.images = (0..DIRECTIONS).into_par_iter().map(|k| largest(around(k), width)).collect();
+        horizon
+    }
+
+    fn cast_all(&self, walls: &Walls, direction: usize) -> Vec<u8> {
+        let (s, c) = libm::sincosf(angle(direction));
+        let cell = |i: usize| {
+            let (x, y) = self.centre(i % self.width, i / self.width);
+            (walls.cast(x, y, c, s, REACH_M) / UNIT_M) as u8
+        };
+        (0..self.width * self.height).map(cell).collect()
     }
 
     /// Centre of a cell, the grid's own metres.
     pub(crate) fn centre(&self, column: usize, row: usize) -> (f32, f32) {
-        ((column as f32 + 0.5) * CELL_M - MARGIN_M, (row as f32 + 0.5) * CELL_M - MARGIN_M)
+        ((column as f32 + 0.5) * self.cell_m - MARGIN_M, (row as f32 + 0.5) * self.cell_m - MARGIN_M)
     }
 
     /// Which cell holds (x, y); `None` beyond the images.
     pub(crate) fn cell_at(&self, x: f32, y: f32) -> Option<usize> {
-        let (column, row) = ((x + MARGIN_M) / CELL_M, (y + MARGIN_M) / CELL_M);
+        let (column, row) = ((x + MARGIN_M) / self.cell_m, (y + MARGIN_M) / self.cell_m);
         let held = column >= 0.0 && row >= 0.0 && column < self.width as f32 && row < self.height as f32;
         held.then(|| row as usize * self.width + column as usize)
     }
@@ -65,18 +80,6 @@ impl Horizon {
 /// The angle of a direction, radians.
 pub(crate) fn angle(direction: usize) -> f32 {
     direction as f32 * (std::f32::consts::TAU / DIRECTIONS as f32)
-}
-
-fn cast_all(walls: &Walls, width: usize, height: usize, direction: usize) -> Vec<u8> {
-    let (s, c) = libm::sincosf(angle(direction));
-    let mut image = Vec::with_capacity(width * height);
-    for row in 0..height {
-        for column in 0..width {
-            let (x, y) = ((column as f32 + 0.5) * CELL_M - MARGIN_M, (row as f32 + 0.5) * CELL_M - MARGIN_M);
-            image.push((walls.cast(x, y, c, s, REACH_M) / UNIT_M) as u8);
-        }
-    }
-    image
 }
 
 /// The largest of each cell's 3 × 3 neighbours in three images.

@@ -31,6 +31,7 @@ use crate::modes::Bins;
 use crate::motion::{Motion, uniform};
 use crate::particles::Particles;
 use crate::prior::{self, ScalePrior};
+use crate::run;
 use crate::walls::Walls;
 use sweep::Sweep;
 
@@ -54,7 +55,7 @@ pub struct FirstLook {
 /// # Errors
 /// [`LocateError`] when the path or the scale make no sense.
 pub fn first_look(path: &Path, sightings: &[Sighting], plan: &FloorPlan, options: &LocateOptions) -> Result<FirstLook, LocateError> {
-    crate::run::check(path)?;
+    run::check(path)?;
     options.check(plan)?;
     let walls = Walls::new(plan, options.ground);
     let scorer = Scorer::new(&options.sightings, &walls);
@@ -62,11 +63,8 @@ pub fn first_look(path: &Path, sightings: &[Sighting], plan: &FloorPlan, options
     let mut seen: Vec<Sighting> = sightings.to_vec();
     seen.sort_by_key(|s| s.stamp);
     let (mut window, mut pending, mut motion) = (Window::default(), Pending::default(), Motion::none());
-    for step in &path.steps {
-        let now = seen.partition_point(|s| s.stamp < step.from)..seen.partition_point(|s| s.stamp <= step.to);
-        for sighting in &seen[now] {
-            pending.add(sighting, &motion, step);
-        }
+    for (step, now) in run::with_sightings(path, &seen) {
+        now.iter().for_each(|sighting| pending.add(sighting, &motion, step));
         motion = motion.then(step, 1.0);
         if motion.length * options.scale.metres_per_unit >= options.update_distance_m || motion.turned_rad >= options.update_turn_rad {
             let rays = pending.take(options.sightings.rays, &motion);
@@ -104,7 +102,8 @@ impl Atlas {
         let horizon = Horizon::new(walls);
         let mut weights = vec![0.0f64; horizon.width * horizon.height];
         for (cell, weight) in weights.iter_mut().enumerate() {
-            *weight = prior::weight_beyond(horizon.centre(cell % horizon.width, cell / horizon.width), walls);
+            // Cells of the plan may be wider or narrower than these: both look each other up.
+            *weight = prior::weight_at(plan, horizon.centre(cell % horizon.width, cell / horizon.width));
         }
         for (i, (cell, inside)) in plan.cells().iter().zip(plan.inside()).enumerate() {
             let (x, y) = ((i % plan.width()) as f32 + 0.5, (i / plan.width()) as f32 + 0.5);
@@ -171,6 +170,8 @@ pub(crate) struct Looked {
     /// Cells that were scored exactly, and cells there are.
     pub scored: usize,
     pub cells: usize,
+    /// Side of a cell, metres.
+    cell_m: f64,
 }
 
 impl Looked {
@@ -188,7 +189,7 @@ impl Looked {
             while swept > next && cloud.len() < count {
                 next += apart;
                 let mut off = |width: f64| (width * (uniform(&mut rng) - 0.5)) as f32;
-                let (dx, dy) = (off(f64::from(horizon::CELL_M)), off(f64::from(horizon::CELL_M)));
+                let (dx, dy) = (off(self.cell_m), off(self.cell_m));
                 let (turn, stretch) = (off(std::f64::consts::TAU / horizon::DIRECTIONS as f64), off(SCALE_STEP));
                 cloud.push(leaf.x + dx, leaf.y + dy, leaf.heading + turn, leaf.log_scale + stretch);
                 if let Some(weight) = cloud.log_weight.last_mut() {
@@ -240,7 +241,11 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
     let keep = options.keep_nats as f32;
     let probes: Vec<f32> = tops.par_iter().take(PROBES).map(|(_, cell, i)| sweep.climb(*cell, groups[*i][0])).collect();
     let mut bar = probes.into_iter().fold(f32::NEG_INFINITY, f32::max) - keep;
-    let mut looked = Looked { cells: scales.len() * horizon::DIRECTIONS * horizon.width * horizon.height, ..Looked::default() };
+    let mut looked = Looked {
+        cells: scales.len() * horizon::DIRECTIONS * horizon.width * horizon.height,
+        cell_m: f64::from(horizon.cell_m),
+        ..Looked::default()
+    };
     for batch in tops.chunks(BATCH) {
         let found: Vec<Vec<(Vec<Leaf>, usize)>> = batch
             .par_iter()
@@ -366,7 +371,7 @@ mod tests {
     #[test]
     fn particles_are_drawn_where_the_leaves_are() {
         let leaf = |x: f32, nats: f32| Leaf { x, y: 0.0, heading: 0.0, log_scale: 0.0, nats };
-        let looked = Looked { leaves: vec![leaf(0.0, 0.0), leaf(5.0, -2.0)], scored: 2, cells: 2 };
+        let looked = Looked { leaves: vec![leaf(0.0, 0.0), leaf(5.0, -2.0)], scored: 2, cells: 2, cell_m: 0.2 };
         let cloud = looked.draw(2000, Seed(3));
         let worse: Vec<usize> = (0..cloud.len()).filter(|i| cloud.x[*i] > 2.5).collect();
         let weight: f64 = worse.iter().map(|i| f64::from(cloud.weight[*i])).sum();

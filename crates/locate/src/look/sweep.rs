@@ -2,7 +2,7 @@
 
 use planwalk_types::wrap_angle;
 
-use super::horizon::{self, CELL_M, DIRECTIONS, Horizon, LANES, REACH_M, UNIT_M};
+use super::horizon::{self, DIRECTIONS, Horizon, LANES, REACH_M, UNIT_M};
 use super::window::Scene;
 use super::{Atlas, Leaf};
 use crate::filter::LocateOptions;
@@ -18,8 +18,8 @@ const WAY_STEP_M: f64 = 0.8;
 const PATIENCE: usize = 8;
 /// What the sweep may think too little of a cell, nats: rays that pass a door post on either side.
 pub(super) const SLACK_NATS: f32 = 5.0;
-/// A pose on the grid is off by up to half a cell: that blurs what it sees.
-const GRID_SIGMA_M: f64 = 0.08;
+/// A pose on the grid is off by up to half a cell: that blurs what it sees by this share of the cell.
+const GRID_SIGMA: f64 = 0.4;
 
 /// The window conditioned for sweeping.
 pub(super) struct Sweep<'a> {
@@ -33,8 +33,6 @@ pub(super) struct Sweep<'a> {
     temper: f64,
     leak_nats: f64,
     rays: Vec<Bearing>,
-    /// Best and worse that one ray can do, nats, tempered: on a wall, clutter, through.
-    wall_sigma_m: f64,
     model: SightingModel,
     /// Nats in a unit of loss.
     unit: f64,
@@ -87,9 +85,13 @@ impl<'a> Sweep<'a> {
         let blurred: Vec<crate::likelihood::Ray> = scene
             .rays
             .iter()
-            .map(|r| crate::likelihood::Ray { sigma: r.sigma.hypot(GRID_SIGMA_M / scale.metres_per_unit), ..*r })
+            .map(|r| crate::likelihood::Ray {
+                sigma: r.sigma.hypot(GRID_SIGMA * f64::from(atlas.horizon.cell_m) / scale.metres_per_unit),
+                ..*r
+            })
             .collect();
         let temper = model.temper * scene.counted as f64 / scene.rays.len().max(1) as f64;
+        let worth = temper * scene.rays.len() as f64;
         let mut sweep = Self {
             horizon: &atlas.horizon,
             place_nats: &atlas.place_nats,
@@ -100,10 +102,9 @@ impl<'a> Sweep<'a> {
             temper,
             leak_nats: libm::log(options.leak.clamp(1e-9, 1.0)),
             rays,
-            wall_sigma_m: model.wall_sigma_m,
             model: *model,
             // A byte must hold what the best place loses, and all that others may lose beyond that.
-            unit: (temper * scene.rays.len() as f64 * 2.0 + options.look.keep_nats + f64::from(super::GROUP_SLACK_NATS)) / 254.0,
+            unit: (2.0 * worth).max(1.4 * worth + options.look.keep_nats + f64::from(super::GROUP_SLACK_NATS)) / 254.0,
             losses: Vec::new(),
         };
         sweep.losses = (0..CLASSES).map(|class| sweep.losses_of(class)).collect();
@@ -112,13 +113,11 @@ impl<'a> Sweep<'a> {
 
     /// What a ray of this spread loses that ends in each cell, before all walls.
     fn losses_of(&self, class: usize) -> Vec<u8> {
-        let (m, sigma_m) = (&self.model, sigma_of(class));
-        let (best, clutter) = self.best_nats(sigma_m);
-        let total = m.wall + m.clutter + m.through;
+        let sigma_m = sigma_of(class);
+        let best = self.end_nats(0.0, sigma_m);
         let lost = |key: u8| {
-            let distance = (0.5 * f64::from(key) - 0.5).max(0.0) * f64::from(self.walls.cell_m());
-            let wall = m.wall * libm::exp(-0.5 * (distance / sigma_m).powi(2)) / (sigma_m * 2.506_628);
-            let nats = if key == u8::MAX { clutter } else { libm::log((wall + m.clutter / m.spread_m) / total) };
+            let distance_m = (0.5 * f64::from(key) - 0.5).max(0.0) * f64::from(self.walls.cell_m());
+            let nats = self.end_nats(if key == u8::MAX { f64::INFINITY } else { distance_m }, sigma_m);
             (self.temper * (best - nats) / self.unit).round().clamp(0.0, 255.0) as u8
         };
         let by_key: Vec<u8> = (0..=u8::MAX).map(lost).collect();
@@ -129,13 +128,11 @@ impl<'a> Sweep<'a> {
         (0..self.horizon.width * self.horizon.height).map(at).collect()
     }
 
-    /// Nats of one ray, untempered: at best, and at best when it ends short of all walls.
-    fn best_nats(&self, sigma_m: f64) -> (f64, f64) {
+    /// Nats of a ray that ends so far from a wall, before it; untempered.
+    fn end_nats(&self, distance_m: f64, sigma_m: f64) -> f64 {
         let m = &self.model;
-        let total = m.wall + m.clutter + m.through;
-        let wall = |d: f64| m.wall * libm::exp(-0.5 * d * d) / (sigma_m * 2.506_628);
-        let of = |d: f64| libm::log((wall(d) + m.clutter / m.spread_m) / total);
-        (of(0.0), of(SURE))
+        let wall = m.wall * libm::exp(-0.5 * (distance_m / sigma_m).powi(2)) / (sigma_m * 2.506_628);
+        libm::log((wall + m.clutter / m.spread_m) / (m.wall + m.clutter + m.through))
     }
 
     fn log_prior(&self, log_scale: f64) -> f64 {
@@ -159,7 +156,9 @@ impl<'a> Sweep<'a> {
                 let (x, y) = (scale * (c * ray.from.0 - s * ray.from.1), scale * (s * ray.from.0 + c * ray.from.1));
                 let steps = (ray.angle / std::f64::consts::TAU * DIRECTIONS as f64).round() as isize;
                 let towards = (direction as isize + steps).rem_euclid(DIRECTIONS as isize) as usize;
-                let cells = |x: f64, y: f64| ((x / f64::from(CELL_M)).round() as isize, (y / f64::from(CELL_M)).round() as isize);
+                // Bounded: what is farther off than any plan is off it.
+                let cell = |v: f64| (v / f64::from(self.horizon.cell_m)).round().clamp(-1e8, 1e8) as isize;
+                let cells = |x: f64, y: f64| (cell(x), cell(y));
                 let (sin, cos) = libm::sincos(f64::from(horizon::angle(direction)) + ray.angle);
                 let (from, to) = (cells(x, y), cells(x + range * cos, y + range * sin));
                 let low = |metres: f64| (metres.min(f64::from(REACH_M - UNIT_M)) / f64::from(UNIT_M)).clamp(0.0, 255.0) as u8;
@@ -167,9 +166,9 @@ impl<'a> Sweep<'a> {
                     let through = (-self.leak_nats / self.unit) as u8;
                     return Test { direction: towards, from, to, low: low(range - 0.1), through, losses: None };
                 }
-                let sigma_m = self.wall_sigma_m.hypot(GRID_SIGMA_M).hypot(scale * ray.sigma);
+                let sigma_m = self.model.wall_sigma_m.hypot(GRID_SIGMA * f64::from(self.horizon.cell_m)).hypot(scale * ray.sigma);
                 let class = class_of(sigma_m);
-                let (best, _) = self.best_nats(sigma_of(class));
+                let best = self.end_nats(0.0, sigma_of(class));
                 base += self.temper * best;
                 let through = (self.temper * (best - through_nats) / self.unit).min(255.0) as u8;
                 Test { direction: towards, from, to, low: low(range - 2.0 * sigma_m - 0.1), through, losses: Some(class) }
@@ -332,7 +331,7 @@ impl<'a> Sweep<'a> {
         let score = |pose: [f32; 4], bar: f32| self.leaf(pose[0], pose[1], pose[2], pose[3], bar).map(|leaf| leaf.nats);
         let Some(mut best) = score(pose, f32::MIN) else { return f32::NEG_INFINITY };
         for step in [1.0f32, 0.5] {
-            for (axis, by) in [0.5 * CELL_M, 0.5 * CELL_M, 0.02, 0.02].into_iter().enumerate() {
+            for (axis, by) in [0.5 * self.horizon.cell_m, 0.5 * self.horizon.cell_m, 0.02, 0.02].into_iter().enumerate() {
                 for by in [-step * by, step * by] {
                     let mut other = pose;
                     other[axis] += by;
@@ -393,8 +392,6 @@ impl<'a> Lane<'a> {
     }
 }
 
-/// Standard deviations past which a point is surely not on the nearest wall.
-const SURE: f64 = 3.0;
 /// A ray that went through a wall loses that, whatever it ends at. The loss grows with how deep it is behind.
 #[inline(always)]
 fn add_losses(lost: &mut [u8; LANES], wall: &[u8; LANES], ends: &[u8; LANES], test: &Test) {

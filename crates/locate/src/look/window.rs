@@ -45,7 +45,7 @@ impl Window {
         self.entries.push_back(Entry { motion, rays: rays.to_vec() });
         let mut way = 0.0;
         let keep = self.entries.iter().rev().take_while(|e| {
-            way += e.motion.length * metres_per_unit;
+            way += way_of(&e.motion, metres_per_unit);
             way <= KEPT_M
         });
         let keep = keep.count().max(1);
@@ -58,7 +58,7 @@ impl Window {
         for entry in self.entries.iter().rev() {
             // An entry's rays are of its end: the motion that led there is not part of the window.
             count += 1;
-            way += entry.motion.length * metres_per_unit;
+            way += way_of(&entry.motion, metres_per_unit);
             if way > way_m {
                 break;
             }
@@ -93,6 +93,11 @@ impl Window {
         let rays = (0..take).map(|i| all[(2 * i + 1) * all.len() / (2 * take)]).collect();
         Some(Scene { rays, way, to_end, counted })
     }
+}
+
+/// Way that an update counts for. Turning on the spot counts too: whoever only turns must not fill the memory.
+fn way_of(motion: &Motion, metres_per_unit: f64) -> f64 {
+    (motion.length * metres_per_unit).max(0.1)
 }
 
 /// The entry nearest to half of the way.
