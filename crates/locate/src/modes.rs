@@ -99,8 +99,10 @@ impl Bins {
         for (bin, weight) in bins.iter().zip(&cloud.weight) {
             mass[*bin as usize] += f64::from(*weight);
         }
-        let (labels, masses) = self.label(&mass);
-        let entropy: f64 = mass.iter().filter(|m| **m > 0.0).map(|m| -m * libm::log(*m)).sum();
+        // A gathered cloud fills some hundred of a million bins.
+        let filled: Vec<usize> = (0..mass.len()).filter(|bin| mass[*bin] > 0.0).collect();
+        let (labels, masses) = self.label(&mass, &filled);
+        let entropy: f64 = filled.iter().map(|bin| -mass[*bin] * libm::log(mass[*bin])).sum();
         let mut sums = vec![Sums::default(); masses.len()];
         for (i, bin) in bins.iter().enumerate() {
             let label = labels[*bin as usize];
@@ -119,13 +121,13 @@ impl Bins {
         Modes { modes, labels, filled_bins: libm::exp(entropy) }
     }
 
-    /// Label of every bin, and the masses of the labelled components, heaviest first.
-    fn label(&self, mass: &[f64]) -> (Vec<u8>, Vec<f64>) {
-        let threshold = JOIN * mass.iter().copied().fold(0.0, f64::max);
+    /// Label of every bin, and the masses of the labelled components, heaviest first; `filled` are the bins with mass.
+    fn label(&self, mass: &[f64], filled: &[usize]) -> (Vec<u8>, Vec<f64>) {
+        let threshold = JOIN * filled.iter().map(|bin| mass[*bin]).fold(0.0, f64::max);
         let mut component = vec![0u32; mass.len()];
         let mut masses = Vec::new();
         let mut open = Vec::new();
-        for seed in 0..mass.len() {
+        for seed in filled.iter().copied() {
             if mass[seed] <= threshold || component[seed] != 0 {
                 continue;
             }
@@ -150,7 +152,10 @@ impl Bins {
         for (i, name) in order.iter().enumerate() {
             rank[name + 1] = i as u8;
         }
-        let labels = component.iter().map(|c| rank[*c as usize]).collect();
+        let mut labels = vec![NO_MODE; mass.len()];
+        for bin in filled {
+            labels[*bin] = rank[component[*bin] as usize];
+        }
         (labels, order.into_iter().map(|i| masses[i]).collect())
     }
 }

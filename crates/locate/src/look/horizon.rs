@@ -21,7 +21,7 @@ pub(crate) const REACH_M: f32 = 255.0 * UNIT_M;
 /// Ground beyond the plan's grid that is a place too, metres: outlines are open, and walks begin where the plan ends.
 const MARGIN_M: f32 = 2.0;
 /// Cells are kept in lanes of so many.
-pub(crate) const LANES: usize = 64;
+pub(crate) const LANES: usize = 32;
 
 /// Largest distance to the first wall from around each cell, for each direction: whatever is farther off is behind a wall.
 #[derive(Debug, Clone)]

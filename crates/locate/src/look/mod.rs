@@ -75,7 +75,8 @@ pub fn first_look(path: &Path, sightings: &[Sighting], plan: &FloorPlan, options
     let Some(scene) = window.scene(options.look.way_m, options.scale.metres_per_unit, options.look.rays) else {
         return Ok(FirstLook { places: Vec::new(), kept: 0, scored: 0, cells: 0 });
     };
-    let looked = look(&atlas, &walls, &scorer, &scene, options);
+    let patient = LocateOptions { look: LookOptions { scored_most: usize::MAX, ..options.look }, ..options.clone() };
+    let looked = look(&atlas, &walls, &scorer, &scene, &patient).unwrap_or_default();
     let cloud = looked.cloud();
     let modes = Bins::new(plan.size_m()).modes(&cloud);
     let places = modes.modes.iter().map(|m| Hypothesis {
@@ -134,11 +135,14 @@ pub struct LookOptions {
     pub particles: usize,
     /// Scales are looked at up to so many standard deviations of the prior.
     pub scale_sigmas: f64,
+    /// Where more cells than these would have to be scored, the view is of what there is everywhere, and the filter looks again
+    /// later, over half as much way again. [`first_look`] looks all the same.
+    pub scored_most: usize,
 }
 
 impl Default for LookOptions {
     fn default() -> Self {
-        Self { way_m: 8.0, rays: 48, keep_nats: 10.0, every_m: 15.0, doubt_nats: 0.4, particles: 50_000, scale_sigmas: 2.5 }
+        Self { way_m: 8.0, rays: 48, keep_nats: 10.0, every_m: 15.0, doubt_nats: 0.4, particles: 50_000, scale_sigmas: 2.5, scored_most: 1_000_000 }
     }
 }
 
@@ -147,9 +151,10 @@ const SCALE_STEP: f64 = 0.03;
 /// Groups that are looked into between two raises of the bar.
 const BATCH: usize = 64;
 /// How much worse than its best member the middle of a group may be, nats.
-const GROUP_SLACK_NATS: f32 = 25.0;
-/// Places that are tried first, to set the bar.
-const PROBES: usize = 256;
+const GROUP_SLACK_NATS: f32 = 8.0;
+/// Rounds in which groups are estimated, and places that are tried after each, to raise the bar.
+const ROUNDS: usize = 8;
+const PROBES: usize = 64;
 
 /// A pose of the window's end that explains it. Local metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -222,25 +227,30 @@ impl Looked {
     }
 }
 
-/// Looks everywhere.
-pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene, all: &LocateOptions) -> Looked {
+/// Looks everywhere; `None` where that would take the score of more than [`LookOptions::scored_most`] cells: such a view tells
+/// too little.
+pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene, all: &LocateOptions) -> Option<Looked> {
     let (horizon, options) = (&atlas.horizon, &all.look);
     let scales = scales(&all.scale, options.scale_sigmas);
     let sweep = Sweep::new(atlas, walls, scorer, scene, all);
     let lanes = sweep.lanes();
     let groups = groups(&scales);
-    let mut tops: Vec<(f32, usize, usize)> = groups
-        .par_iter()
-        .enumerate()
-        .map(|(i, group)| {
-            let (nats, cell) = sweep.best(&lanes, group[0]);
-            (nats, cell, i)
-        })
-        .collect();
-    tops.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
     let keep = options.keep_nats as f32;
-    let probes: Vec<f32> = tops.par_iter().take(PROBES).map(|(_, cell, i)| sweep.climb(*cell, groups[*i][0])).collect();
-    let mut bar = probes.into_iter().fold(f32::NEG_INFINITY, f32::max) - keep;
+    let (mut tops, mut bar): (Vec<(f32, usize, usize)>, f32) = (Vec::new(), f32::MIN);
+    // A few groups from everywhere set the bar that spares most of the work in the others.
+    for first in 0..ROUNDS {
+        let round: Vec<usize> = (first..groups.len()).step_by(ROUNDS).collect();
+        let best = |i: &usize| {
+            let (nats, cell) = sweep.best(&lanes, groups[*i][0], bar - GROUP_SLACK_NATS);
+            (nats, cell, *i)
+        };
+        let mut found: Vec<_> = round.par_iter().map(best).filter(|(nats, _, _)| *nats > f32::NEG_INFINITY).collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
+        let probes: Vec<f32> = found.par_iter().take(PROBES).map(|(_, cell, i)| sweep.climb(*cell, groups[*i][0])).collect();
+        bar = probes.into_iter().map(|nats| nats - keep).fold(bar, f32::max);
+        tops.extend(found);
+    }
+    tops.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
     let mut looked = Looked {
         cells: scales.len() * horizon::DIRECTIONS * horizon.width * horizon.height,
         cell_m: f64::from(horizon.cell_m),
@@ -261,13 +271,16 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
             bar = bar.max(best - keep);
             looked.leaves.extend(leaves);
         }
+        if looked.scored > options.scored_most {
+            return None;
+        }
     }
     looked.leaves.retain(|l| l.nats >= bar);
     looked.leaves.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     for leaf in &mut looked.leaves {
         sweep.to_end(leaf);
     }
-    looked
+    Some(looked)
 }
 
 fn scales(prior: &ScalePrior, sigmas: f64) -> Vec<f64> {
@@ -342,7 +355,7 @@ mod tests {
         let scorer = Scorer::new(&options.sightings, &walls);
         let atlas = Atlas::new(&plan, &walls);
         let scene = scene(&walls, 1.03);
-        let looked = look(&atlas, &walls, &scorer, &scene, &options);
+        let looked = look(&atlas, &walls, &scorer, &scene, &options).unwrap();
         let best = looked.leaves[0].nats;
         let bar = best - options.look.keep_nats as f32;
         // Every cell, heading and scale, one by one.
@@ -361,7 +374,7 @@ mod tests {
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);
         let atlas = Atlas::new(&plan, &walls);
-        let looked = look(&atlas, &walls, &scorer, &scene(&walls, 1.25), &options);
+        let looked = look(&atlas, &walls, &scorer, &scene(&walls, 1.25), &options).unwrap();
         let best = looked.leaves[0];
         // A cell's half diagonal, and a step of heading and scale.
         assert!((best.x - 4.5).hypot(best.y - 2.75) < 0.3, "{best:?}");

@@ -18,6 +18,8 @@ const WAY_STEP_M: f64 = 0.8;
 const PATIENCE: usize = 8;
 /// What the sweep may think too little of a cell, nats: rays that pass a door post on either side.
 pub(super) const SLACK_NATS: f32 = 5.0;
+/// How far the ends of a group's rays lie apart, as a share of their length: a step of heading and one of scale, together.
+const GROUP_REACH: f64 = 0.04;
 /// A pose on the grid is off by up to half a cell: that blurs what it sees by this share of the cell.
 const GRID_SIGMA: f64 = 0.4;
 
@@ -140,8 +142,9 @@ impl<'a> Sweep<'a> {
         -0.5 * z * z
     }
 
-    /// The tests for one heading and scale and the score of a cell that fails none.
-    fn tests(&self, direction: usize, log_scale: f64) -> (Vec<Test>, f64) {
+    /// The tests for one heading and scale and the score of a cell that fails none; or for all of a group around them, of which
+    /// a ray's end spreads by `reach` of its length.
+    fn tests(&self, (direction, log_scale): (usize, f64), reach: f64) -> (Vec<Test>, f64) {
         let scale = libm::exp(log_scale);
         let m = &self.model;
         let through_nats = libm::log(m.through / m.spread_m / (m.wall + m.clutter + m.through));
@@ -167,11 +170,11 @@ impl<'a> Sweep<'a> {
                     return Test { direction: towards, from, to, low: low(range - 0.1), through, losses: None };
                 }
                 let sigma_m = self.model.wall_sigma_m.hypot(GRID_SIGMA * f64::from(self.horizon.cell_m)).hypot(scale * ray.sigma);
-                let class = class_of(sigma_m);
-                let best = self.end_nats(0.0, sigma_of(class));
+                let best = self.end_nats(0.0, sigma_of(class_of(sigma_m)));
                 base += self.temper * best;
                 let through = (self.temper * (best - through_nats) / self.unit).min(255.0) as u8;
-                Test { direction: towards, from, to, low: low(range - 2.0 * sigma_m - 0.1), through, losses: Some(class) }
+                let class = class_of(sigma_m.hypot(reach * range));
+                Test { direction: towards, from, to, low: low(range * (1.0 - reach) - 2.0 * sigma_m - 0.1), through, losses: Some(class) }
             })
             .collect();
         (tests, base)
@@ -233,11 +236,13 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// The best estimate of all cells, and which cell's it is.
-    pub(super) fn best(&self, lanes: &[usize], (direction, log_scale): (usize, f64)) -> (f32, usize) {
-        let (tests, base) = self.tests(direction, log_scale);
-        let (mut least, mut best) = (u8::MAX, 0);
-        self.sweep(lanes, &tests, 254, |at, lost| {
+    /// The best estimate for the group around a heading and scale, and which cell's it is; minus infinity where no cell may reach
+    /// `bar`.
+    pub(super) fn best(&self, lanes: &[usize], pair: (usize, f64), bar: f32) -> (f32, usize) {
+        let (tests, base) = self.tests(pair, GROUP_REACH);
+        let Some(bearable) = self.bearable(base, bar) else { return (f32::NEG_INFINITY, 0) };
+        let (mut least, mut best) = (bearable.saturating_add(1), 0);
+        self.sweep(lanes, &tests, bearable, |at, lost| {
             for (lane, l) in lost.iter().enumerate() {
                 if *l < least && self.place_nats[at + lane] > f32::NEG_INFINITY {
                     (least, best) = (*l, at + lane);
@@ -245,13 +250,13 @@ impl<'a> Sweep<'a> {
             }
             least.saturating_sub(1)
         });
-        let nats = if least == u8::MAX { f64::NEG_INFINITY } else { base - self.unit * f64::from(least) };
+        let nats = if least > bearable { f64::NEG_INFINITY } else { base - self.unit * f64::from(least) };
         (nats as f32, best)
     }
 
-    /// The lanes with a cell that is estimated at `bar` or above.
-    pub(super) fn promising(&self, lanes: &[usize], (direction, log_scale): (usize, f64), bar: f32) -> Vec<usize> {
-        let (tests, base) = self.tests(direction, log_scale);
+    /// The lanes with a cell whose estimate for the group reaches `bar`.
+    pub(super) fn promising(&self, lanes: &[usize], pair: (usize, f64), bar: f32) -> Vec<usize> {
+        let (tests, base) = self.tests(pair, GROUP_REACH);
         let Some(bearable) = self.bearable(base, bar) else { return Vec::new() };
         let mut found = Vec::new();
         self.sweep(lanes, &tests, bearable, |at, _| {
@@ -263,7 +268,7 @@ impl<'a> Sweep<'a> {
 
     /// All cells of these lanes that score at least `bar`, and how many were scored for it.
     pub(super) fn leaves(&self, lanes: &[usize], (direction, log_scale): (usize, f64), bar: f32) -> (Vec<Leaf>, usize) {
-        let (tests, base) = self.tests(direction, log_scale);
+        let (tests, base) = self.tests((direction, log_scale), 0.0);
         let (mut leaves, mut scored) = (Vec::new(), 0);
         let Some(bearable) = self.bearable(base, bar - SLACK_NATS) else { return (leaves, scored) };
         self.sweep(lanes, &tests, bearable, |at, lost| {

@@ -1,16 +1,19 @@
 //! When is it time to look over the whole plan: at first, when what is seen is not explained any more, and now and then?
 //!
-//! moved metres + gain of each update ──▶ [`Due`]
+//! moved metres + gain of each update ──▶ [`Due`] ──look──▶ [`Watch::told`] something, or was [`Watch::unclear`]: again later
 
 use super::LookOptions;
+use super::window::KEPT_M;
 
 /// Way over which the recent gain is averaged, metres: a carried-off walker is noticed within a few.
 const RECENT_M: f64 = 3.0;
+/// A look that told too little takes in so many times the way when it is repeated.
+const LONGER: f64 = 1.5;
 
 /// Why to look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Due {
-    /// Nobody has looked yet.
+    /// No look has told anything yet.
     First,
     /// What is seen is not explained where the walker is believed to be.
     Doubt,
@@ -22,6 +25,8 @@ pub(crate) enum Due {
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Watch {
     looked: bool,
+    /// Looks in a row that told too little.
+    unclear: i32,
     since_look_m: f64,
     /// Way walked in doubt.
     doubt_m: f64,
@@ -38,16 +43,38 @@ impl Watch {
         self.since_look_m += moved_m;
         self.doubt_m = if self.recent_nats < options.doubt_nats { self.doubt_m + moved_m } else { 0.0 };
         let due = if !self.looked {
-            (self.since_look_m >= options.way_m).then_some(Due::First)
+            // The first look waits for its whole way, a repeated one for what is new.
+            let way_m = if self.unclear == 0 { options.way_m } else { self.way_m(options) * (1.0 - 1.0 / LONGER) };
+            (self.since_look_m >= way_m).then_some(Due::First)
         } else if self.doubt_m >= RECENT_M && self.since_look_m >= RECENT_M {
             Some(Due::Doubt)
         } else {
             (self.since_look_m >= options.every_m).then_some(Due::Check)
         };
         if due.is_some() {
-            (self.looked, self.since_look_m) = (true, 0.0);
+            self.since_look_m = 0.0;
         }
         due
+    }
+
+    /// Way that the look takes in that is due, metres.
+    pub(crate) fn way_m(&self, options: &LookOptions) -> f64 {
+        (options.way_m * libm::pow(LONGER, f64::from(self.unclear))).min(KEPT_M.max(options.way_m))
+    }
+
+    /// The look that was due told where the walker can be.
+    pub(crate) fn told(&mut self) {
+        (self.looked, self.unclear) = (true, 0);
+    }
+
+    /// The look that was due told too little.
+    pub(crate) fn unclear(&mut self) {
+        self.unclear = self.unclear.saturating_add(1);
+    }
+
+    /// Whether any look has told something.
+    pub(crate) fn has_looked(&self) -> bool {
+        self.looked
     }
 }
 
@@ -55,14 +82,40 @@ impl Watch {
 mod tests {
     use super::*;
 
+    /// What is due over so many metres, each look told something or not.
+    fn walk(watch: &mut Watch, gain: f64, metres: usize, tells: bool) -> Vec<Due> {
+        let step = |_| {
+            let due = watch.add(gain, 0.25, &LookOptions::default());
+            match due {
+                Some(_) if tells => watch.told(),
+                Some(_) => watch.unclear(),
+                None => {}
+            }
+            due
+        };
+        (0..4 * metres).filter_map(step).collect()
+    }
+
     #[test]
     fn one_looks_first_then_now_and_then_and_soon_in_doubt() {
         let options = LookOptions::default();
         let mut watch = Watch::default();
-        let mut walk = |gain: f64, metres: usize| (0..4 * metres).filter_map(|_| watch.add(gain, 0.25, &options)).collect::<Vec<_>>();
-        assert_eq!(walk(1.5, options.way_m as usize), [Due::First]);
-        assert_eq!(walk(1.5, options.every_m as usize), [Due::Check]);
+        assert_eq!(walk(&mut watch, 1.5, options.way_m as usize, true), [Due::First]);
+        assert_eq!(walk(&mut watch, 1.5, options.every_m as usize, true), [Due::Check]);
         // From 1.5 nats the mean over 3 m falls below the line within 4 m; 3 m of doubt later it is time.
-        assert_eq!(walk(0.0, 8), [Due::Doubt]);
+        assert_eq!(walk(&mut watch, 0.0, 8, true), [Due::Doubt]);
+    }
+
+    #[test]
+    fn a_first_look_that_tells_nothing_is_repeated_over_more_way() {
+        let options = LookOptions::default();
+        let mut watch = Watch::default();
+        assert_eq!(walk(&mut watch, 1.5, options.way_m as usize, false), [Due::First]);
+        assert!(!watch.has_looked() && (watch.way_m(&options) - 12.0).abs() < 1e-9);
+        assert_eq!(walk(&mut watch, 1.5, 4, false), [Due::First]);
+        assert_eq!(walk(&mut watch, 1.5, 40, false).len(), 5);
+        assert_eq!(watch.way_m(&options), KEPT_M);
+        walk(&mut watch, 1.5, 8, true);
+        assert!(watch.has_looked() && watch.way_m(&options) == options.way_m);
     }
 }

@@ -11,7 +11,7 @@ use crate::likelihood::Ray;
 use crate::motion::Motion;
 
 /// Way kept, in the odometry's unit times the prior's metres: what a look may want.
-const KEPT_M: f64 = 24.0;
+pub(super) const KEPT_M: f64 = 24.0;
 
 /// One update of the filter.
 #[derive(Debug, Clone)]
