@@ -49,9 +49,9 @@ fn best(runs: &[Attempt]) -> Option<&Attempt> {
     runs.iter().max_by(|a, b| a.score().total_cmp(&b.score()).then(b.index.cmp(&a.index)))
 }
 
-/// Whether the run's track goes through walls, or sees through them: a plan may lie, but so may the place.
-fn doubtful(run: &Attempt, options: &VerdictOptions) -> bool {
-    run.found.quality.wall_crossings > 0 || run.found.quality.seen_through_walls > options.through
+/// Whether the run's track both goes through walls and sees through them: a plan may lie, but so may the place.
+fn contradicted(run: &Attempt, options: &VerdictOptions) -> bool {
+    run.found.quality.wall_crossings > 0 && run.found.quality.seen_through_walls > options.through
 }
 
 fn confirmed(top: &Attempt, runs: &[Attempt]) -> bool {
@@ -60,7 +60,7 @@ fn confirmed(top: &Attempt, runs: &[Attempt]) -> bool {
 
 /// Whether the best run is confirmed by another and nothing speaks against it: no further one is needed.
 pub(crate) fn settled(runs: &[Attempt], options: &VerdictOptions) -> bool {
-    best(runs).is_some_and(|top| confirmed(top, runs) && !doubtful(top, options))
+    best(runs).is_some_and(|top| confirmed(top, runs) && !contradicted(top, options))
 }
 
 /// One answer from all runs: the best run's track; every place that any run found, weighed by what its run's track explains.
@@ -72,7 +72,7 @@ pub(crate) fn merge(runs: Vec<Attempt>, options: &VerdictOptions) -> Option<Loca
     let filter = runs.first()?.found.filter.clone();
     let top = best(&runs)?.clone();
     let confirmed = count == 1 || confirmed(&top, &runs);
-    let contradicted = top.found.quality.wall_crossings > 0 && top.found.quality.seen_through_walls > options.through;
+    let contradicted = contradicted(&top, options);
     let mut found = top.found.clone();
     let weight_of = |run: &Attempt| libm::exp((run.score() - top.score()).max(-700.0));
     let mut total = 1.0;

@@ -12,7 +12,7 @@ use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, ScaleEstimate, Seed, Si
 use crate::LocateError;
 use crate::history::{History, NO_PARENT};
 use crate::likelihood::{Pending, Scorer, SightingModel, View};
-use crate::look::{Atlas, Due, Leaf, LookOptions, Watch, Window, look};
+use crate::look::{Due, Leaf, LookOptions, Looks, Watch, Window};
 use crate::modes::{Bins, Modes};
 use crate::motion::{Motion, NoiseFloor};
 use crate::particles::{Particles, Roughening};
@@ -23,6 +23,8 @@ use crate::walls::{GroundCosts, Walls};
 
 /// Variance of the logarithm of the odometry's unit over which the cloud must spread its scales at once: 5 %.
 const UNIT_CHANGED: f64 = 0.05 * 0.05;
+/// Step of the logarithm of scale in which looks are asked for.
+const SCALE_STEP: f64 = 0.03;
 /// Particles that say what the best mode makes of what is seen: their mean is good to a few hundredths of a nat.
 const GAIN_FROM: usize = 512;
 /// A cloud above this size waits twice as long between updates.
@@ -187,8 +189,8 @@ pub struct Localizer<'a> {
     since_resampling_m: f64,
     /// Variance of the changes of the odometry's unit since then.
     unit_variance: f64,
-    /// The plan prepared for looks, once one was due.
-    atlas: Option<Atlas>,
+    /// The plan prepared for looks, and those made so far.
+    pub(crate) looks: Looks,
     near_past: Window,
     watch: Watch,
 }
@@ -245,7 +247,7 @@ impl<'a> Localizer<'a> {
             updates: 0,
             since_resampling_m: 0.0,
             unit_variance: 0.0,
-            atlas: None,
+            looks: Looks::default(),
             near_past: Window::default(),
             watch: Watch::default(),
         })
@@ -334,7 +336,9 @@ impl<'a> Localizer<'a> {
             self.evidence.add(gain, moved_m, &self.options.verdict);
         }
         self.near_past.push(motion, &rays, self.options.scale.metres_per_unit);
-        let due = if self.looks() && !rays.is_empty() { self.watch.add(gain, moved_m, &self.options.look) } else { None };
+        // At the prior's scale: runs with other draws then look at the same moments.
+        let way_m = motion.length * self.options.scale.metres_per_unit;
+        let due = if self.looks_about() && !rays.is_empty() { self.watch.add(gain, way_m, &self.options.look) } else { None };
         self.status = self.judge();
         let parents = std::mem::take(&mut self.parents);
         self.history.push(&self.cloud, parents, motion, self.roughened.take(), rays);
@@ -355,10 +359,10 @@ impl<'a> Localizer<'a> {
     /// The verdict on the cloud. Whoever has not looked everywhere yet cannot know that no other place is as good.
     fn judge(&self) -> Status {
         let status = verdict(&self.modes, &self.evidence, self.options.start.is_some(), &self.options.verdict);
-        if status == Status::Tracking && self.looks() && !self.watch.has_looked() { Status::Ambiguous } else { status }
+        if status == Status::Tracking && self.looks_about() && !self.watch.has_looked() { Status::Ambiguous } else { status }
     }
 
-    fn looks(&self) -> bool {
+    fn looks_about(&self) -> bool {
         self.options.relocalise && self.options.start.is_none()
     }
 
@@ -367,10 +371,10 @@ impl<'a> Localizer<'a> {
         let (look_options, metres_per_unit) = (self.options.look, self.options.scale.metres_per_unit);
         let way_m = self.watch.way_m(&look_options);
         let Some(scene) = self.near_past.scene(way_m, metres_per_unit, look_options.rays) else { return };
-        let atlas = self.atlas.take().unwrap_or_else(|| Atlas::new(self.plan, &self.walls));
-        let looked = look(&atlas, &self.walls, &self.scorer, &scene, &self.options_of_look(due));
-        self.atlas = Some(atlas);
-        let Some(looked) = looked else { return self.watch.unclear() };
+        let options = self.options_of_look(due);
+        let Some(looked) = self.looks.look((self.plan, &self.walls, &self.scorer), scene, &options) else {
+            return self.watch.unclear();
+        };
         self.watch.told();
         let (elsewhere, mass) = looked.without(|leaf| due != Due::First && self.is_believed(leaf));
         // The place that is believed has more to speak for it than the last metres.
@@ -395,7 +399,9 @@ impl<'a> Localizer<'a> {
         let mut options = self.options.clone();
         if due == Due::Check {
             let (log_scale, sigma) = self.cloud.scale();
-            let relative_sigma = sigma.max(0.02).min(options.scale.relative_sigma);
+            // In steps, so that runs that agree ask for the same look.
+            let log_scale = SCALE_STEP * (log_scale / SCALE_STEP).round();
+            let relative_sigma = (0.5 * SCALE_STEP * (sigma / (0.5 * SCALE_STEP)).ceil().max(2.0)).min(options.scale.relative_sigma);
             options.scale = ScalePrior { metres_per_unit: libm::exp(log_scale), relative_sigma };
             options.look.keep_nats *= 0.3;
         }

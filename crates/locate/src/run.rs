@@ -10,6 +10,7 @@ use crate::contradicted::{self, ContradictedWall};
 use crate::discriminate::{self, Apart};
 use crate::filter::{FilterView, Localizer, LocateOptions};
 use crate::likelihood::Explained;
+use crate::look::Looks;
 use crate::smooth::{self, Smoothed};
 
 /// Hypotheses below this share of the mass are not reported, unless none is above it.
@@ -110,6 +111,7 @@ pub fn localize_observed(
     // Where nothing is seen, no look finds anything: many particles have to do.
     let options = &LocateOptions { relocalise: options.relocalise && !sightings.is_empty(), ..options.clone() };
     let mut runs: Vec<Attempt> = Vec::new();
+    let mut looks = Looks::default();
     while runs.len() < most && !attempts::settled(&runs, &options.verdict) {
         let index = runs.len();
         let seed = if index == 0 { options.seed } else { options.seed.child("attempt", index as u64) };
@@ -117,7 +119,7 @@ pub fn localize_observed(
         // Two runs are usual; further ones squeeze into what is left of the bar.
         let (from, to) = (1.0 - 0.5f64.powi(index as i32), if most == 1 { 1.0 } else { 1.0 - 0.5f64.powi(index as i32 + 1) });
         let mut share = |done: f64| progress(from + (to - from) * done);
-        let found = run(path, &sightings, plan, &options, &mut share, &mut |view| observer(index, view))?;
+        let found = run(path, &sightings, plan, &options, &mut looks, &mut share, &mut |view| observer(index, view))?;
         runs.push(Attempt { index, found });
     }
     progress(1.0);
@@ -134,10 +136,12 @@ fn run(
     sightings: &[Sighting],
     plan: &FloorPlan,
     options: &LocateOptions,
+    looks: &mut Looks,
     progress: &mut dyn FnMut(f64),
     observer: &mut dyn FnMut(&FilterView<'_>),
 ) -> Result<Localization, LocateError> {
     let mut localizer = Localizer::new(plan, options)?;
+    localizer.looks = std::mem::take(looks);
     for (index, (step, now)) in with_sightings(path, sightings).enumerate() {
         let updates = localizer.updates();
         localizer.push(step, now);
@@ -146,6 +150,7 @@ fn run(
         }
         progress(0.95 * (index + 1) as f64 / path.steps.len() as f64);
     }
+    *looks = std::mem::take(&mut localizer.looks);
     localizer.finish()
 }
 

@@ -117,6 +117,45 @@ impl Atlas {
     }
 }
 
+/// The looks at one plan that were asked for so far: several runs over one walk ask for the same ones.
+#[derive(Debug, Default)]
+pub(crate) struct Looks {
+    atlas: Option<Atlas>,
+    made: Vec<(Asked, Option<Looked>)>,
+}
+
+/// Looks that are remembered: a kilometre of way, and no more memory on longer ones.
+const REMEMBERED: usize = 64;
+
+/// What tells one look from another.
+#[derive(Debug, Clone, PartialEq)]
+struct Asked {
+    scene: Scene,
+    scale: ScalePrior,
+    keep_nats: f64,
+}
+
+impl Looks {
+    /// [`look`] or what it gave when this was asked before. The plan must be the same each time.
+    pub(crate) fn look(
+        &mut self,
+        (plan, walls, scorer): (&FloorPlan, &Walls, &Scorer),
+        scene: Scene,
+        options: &LocateOptions,
+    ) -> Option<Looked> {
+        let asked = Asked { scene, scale: options.scale, keep_nats: options.look.keep_nats };
+        if let Some((_, looked)) = self.made.iter().find(|(made, _)| *made == asked) {
+            return looked.clone();
+        }
+        let atlas = self.atlas.get_or_insert_with(|| Atlas::new(plan, walls));
+        let looked = look(atlas, walls, scorer, &asked.scene, options);
+        if self.made.len() < REMEMBERED {
+            self.made.push((asked, looked.clone()));
+        }
+        looked
+    }
+}
+
 /// Options of a look over the whole plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookOptions {

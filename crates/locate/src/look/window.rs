@@ -28,7 +28,7 @@ pub(crate) struct Window {
 }
 
 /// Rays and way in the body frame of the reference pose, odometry's unit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Scene {
     pub rays: Vec<Ray>,
     /// Where the body was, update by update.
