@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, ScaleEstimate, Seed, Sighting, Stamp, Status, Step, wrap_angle};
 
 use crate::LocateError;
+use crate::drift::{HeadingDrift, SteadyTurn};
 use crate::history::{History, NO_PARENT};
 use crate::likelihood::{Pending, Scorer, SightingModel, View};
 use crate::look::{Due, Leaf, LookOptions, Looks, Watch, Window};
@@ -44,6 +45,8 @@ pub struct LocateOptions {
     /// How much the scale of odometry drifts: standard deviation of its logarithm per √m walked. It is drawn back to
     /// [`LocateOptions::scale`], so that drift and pull balance at the prior's own spread.
     pub scale_drift_per_sqrt_m: f64,
+    /// How much its heading may drift.
+    pub heading_drift: HeadingDrift,
     /// How sightings score.
     pub sightings: SightingModel,
     /// What ground costs that is no floor.
@@ -88,6 +91,7 @@ impl LocateOptions {
             scale,
             noise_floor: NoiseFloor::default(),
             scale_drift_per_sqrt_m: 0.01,
+            heading_drift: HeadingDrift::default(),
             sightings: SightingModel::default(),
             ground: GroundCosts::default(),
             leak: 0.025,
@@ -191,6 +195,7 @@ pub struct Localizer<'a> {
     unit_variance: f64,
     /// The plan prepared for looks, and those made so far.
     pub(crate) looks: Looks,
+    steady_turn: SteadyTurn,
     near_past: Window,
     watch: Watch,
 }
@@ -220,7 +225,9 @@ impl<'a> Localizer<'a> {
                 prior::cover(plan, by_area(prior::weighted_area_m2(plan)).max(50_000).min(most), options.seed)
             }
         };
-        let cloud = prior::particles(&poses, &options.scale, options.seed);
+        let mut cloud = prior::particles(&poses, &options.scale, options.seed);
+        let steady_turn = SteadyTurn::new(&options.heading_drift);
+        cloud.drift = steady_turn.draw(cloud.len(), options.seed);
         let mut history = History::default();
         history.push(&cloud, vec![NO_PARENT; cloud.len()], Motion::none(), None, Vec::new());
         let start_known = options.start.is_some();
@@ -248,6 +255,7 @@ impl<'a> Localizer<'a> {
             since_resampling_m: 0.0,
             unit_variance: 0.0,
             looks: Looks::default(),
+            steady_turn,
             near_past: Window::default(),
             watch: Watch::default(),
         })
@@ -268,6 +276,7 @@ impl<'a> Localizer<'a> {
             self.pending.add(sighting, &self.window, &step);
         }
         self.window = self.window.then(&step, 1.0);
+        self.steady_turn.add(&step, self.options.scale.metres_per_unit);
         // A cloud that covers a floor is too coarse to feel a quarter of a metre.
         let patience = if self.cloud.len() > LARGE { 2.0 } else { 1.0 };
         let far = self.window.length * self.options.scale.metres_per_unit >= patience * self.options.update_distance_m;
@@ -335,7 +344,7 @@ impl<'a> Localizer<'a> {
         if !view.is_empty() {
             self.evidence.add(gain, moved_m, &self.options.verdict);
         }
-        self.near_past.push(motion, &rays, self.options.scale.metres_per_unit);
+        self.near_past.push(motion.without_drift(self.believed_drift()), &rays, self.options.scale.metres_per_unit);
         // At the prior's scale: runs with other draws then look at the same moments.
         let way_m = motion.length * self.options.scale.metres_per_unit;
         let due = if self.looks_about() && !rays.is_empty() { self.watch.add(gain, way_m, &self.options.look) } else { None };
@@ -386,12 +395,24 @@ impl<'a> Localizer<'a> {
         if elsewhere.leaves.is_empty() || share < 0.01 {
             return;
         }
-        self.cloud.join(&elsewhere.draw(count, seed), share);
+        let mut found = elsewhere.draw(count, seed);
+        // How much the odometry drifts has nothing to do with where one is.
+        let (known, drawn) = (self.cloud.len(), found.len());
+        found.drift.iter_mut().enumerate().for_each(|(i, drift)| *drift = self.cloud.drift[i * known / drawn]);
+        self.cloud.join(&found, share);
         self.parents.resize(self.cloud.len(), NO_PARENT);
         self.particles_most = self.particles_most.max(self.cloud.len());
         if due == Due::Doubt && share > 0.5 {
             self.evidence = Evidence::default();
         }
+    }
+
+    /// By how much the odometry turns by itself where the walker is believed to be, radians a unit of way; 0 where nothing is. In
+    /// steps, as scales are.
+    fn believed_drift(&self) -> f64 {
+        const STEP_RAD: f64 = 0.008;
+        let believed = self.modes.modes.first().filter(|mode| mode.mass >= 0.5);
+        believed.map_or(0.0, |mode| STEP_RAD * (mode.drift_rad_per_m / STEP_RAD).round() * self.options.scale.metres_per_unit)
     }
 
     /// Only to make sure, scales are tried near the one that is believed, and only rivals as good count; else all are.
@@ -449,6 +470,7 @@ impl<'a> Localizer<'a> {
         by.log_scale = f64::from(by.log_scale).hypot(drift) as f32;
         self.since_resampling_m = 0.0;
         self.cloud.roughen(&by, &self.options.scale, seed);
+        self.steady_turn.roughen(&mut self.cloud.drift, seed);
         self.roughened = Some(by);
     }
 

@@ -27,6 +27,7 @@ pub(crate) struct Generation {
     pub y: Vec<f32>,
     pub heading: Vec<f32>,
     pub log_scale: Vec<f32>,
+    pub drift: Vec<i8>,
     pub weight: Vec<f32>,
     pub parent: Vec<u32>,
 }
@@ -54,6 +55,7 @@ impl History {
             y: cloud.y.clone(),
             heading: cloud.heading.clone(),
             log_scale: cloud.log_scale.clone(),
+            drift: cloud.drift.clone(),
             weight: cloud.weight.clone(),
             parent: parents,
         });
@@ -87,17 +89,21 @@ impl History {
             for parent in children.parent.iter_mut().filter(|p| **p != NO_PARENT) {
                 *parent = renamed[*parent as usize];
             }
-            let keep = |values: &mut Vec<f32>| {
-                let mut alive = alive.iter();
-                values.retain(|_| alive.next().copied().unwrap_or(false));
-                values.shrink_to_fit();
-            };
-            [&mut parents.x, &mut parents.y, &mut parents.heading, &mut parents.log_scale, &mut parents.weight].into_iter().for_each(keep);
+            for values in [&mut parents.x, &mut parents.y, &mut parents.heading, &mut parents.log_scale, &mut parents.weight] {
+                keep(values, &alive);
+            }
+            keep(&mut parents.drift, &alive);
             let mut alive = alive.iter();
             parents.parent.retain(|_| alive.next().copied().unwrap_or(false));
             child -= 1;
         }
     }
+}
+
+fn keep<T>(values: &mut Vec<T>, alive: &[bool]) {
+    let mut alive = alive.iter();
+    values.retain(|_| alive.next().copied().unwrap_or(false));
+    values.shrink_to_fit();
 }
 
 #[cfg(test)]

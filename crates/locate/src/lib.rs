@@ -19,6 +19,7 @@ mod cast;
 mod chance;
 mod contradicted;
 mod discriminate;
+mod drift;
 mod faces;
 mod field;
 mod filter;
@@ -43,6 +44,7 @@ pub use ambiguity::{Ambiguity, AmbiguityOptions, ConfusablePair, TriedWalk, ambi
 pub use cast::Look;
 pub use contradicted::{ContradictedKind, ContradictedWall};
 pub use discriminate::{Apart, Going, View as ApartView};
+pub use drift::HeadingDrift;
 pub use filter::{FilterView, Localizer, LocateOptions};
 pub use likelihood::SightingModel;
 pub use look::{FirstLook, LookOptions, first_look};

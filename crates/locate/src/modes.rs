@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use planwalk_types::wrap_angle;
 use rayon::prelude::*;
 
+use crate::drift::UNIT_RAD;
 use crate::particles::{CHUNK, Particles};
 
 /// Side of a bin: parallel corridors are at least this far apart plus a wall.
@@ -44,6 +45,8 @@ pub(crate) struct Mode {
     pub radius95_m: f64,
     pub log_scale: f64,
     pub log_scale_sigma: f64,
+    /// By how much the odometry turns by itself, radians a metre.
+    pub drift_rad_per_m: f64,
 }
 
 /// The modes of a cloud, heaviest first, and to which of them each bin belongs.
@@ -176,6 +179,7 @@ struct Sums {
     sin: f64,
     cos: f64,
     log_scale: f64,
+    drift: f64,
     count: usize,
 }
 
@@ -189,6 +193,7 @@ impl Sums {
         self.sin += w * f64::from(s);
         self.cos += w * f64::from(c);
         self.log_scale += w * f64::from(cloud.log_scale[i]);
+        self.drift += w * f64::from(cloud.drift[i]);
         self.count += 1;
     }
 }
@@ -198,6 +203,7 @@ struct Spread {
     mass: f64,
     mean: Vector3<f64>,
     log_scale: f64,
+    drift_rad_per_m: f64,
     moment: Matrix3<f64>,
     scale_moment: f64,
     /// (distance, weight) of every `stride`-th member.
@@ -212,8 +218,9 @@ impl Spread {
         let mean = Vector3::new(sums.x / w, sums.y / w, libm::atan2(sums.sin, sums.cos));
         // A few thousand distances give the 95 % radius to a per cent.
         let stride = (sums.count / 4096).max(1);
-        let (log_scale, moment) = (sums.log_scale / w, Matrix3::zeros());
-        Self { mass: sums.weight, mean, log_scale, moment, scale_moment: 0.0, distances: Vec::new(), stride, seen: 0 }
+        let (log_scale, drift_rad_per_m) = (sums.log_scale / w, f64::from(UNIT_RAD) * sums.drift / w);
+        let (moment, distances) = (Matrix3::zeros(), Vec::new());
+        Self { mass: sums.weight, mean, log_scale, drift_rad_per_m, moment, scale_moment: 0.0, distances, stride, seen: 0 }
     }
 
     fn add(&mut self, cloud: &Particles, i: usize) {
@@ -240,6 +247,7 @@ impl Spread {
             radius95_m: weighted_quantile(&mut self.distances, 0.95),
             log_scale: self.log_scale,
             log_scale_sigma: (self.scale_moment / w).max(0.0).sqrt(),
+            drift_rad_per_m: self.drift_rad_per_m,
         }
     }
 }

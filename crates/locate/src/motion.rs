@@ -76,6 +76,11 @@ impl Motion {
         }
     }
 
+    /// This motion as it would have been without a drift of the heading of so many radians a unit of way.
+    pub(crate) fn without_drift(&self, drift_rad: f64) -> Self {
+        Self { turn_rad: self.turn_rad - drift_rad * self.length, ..*self }
+    }
+
     /// A point of the end's body frame in the start's.
     pub(crate) fn start_from_end(&self, x: f64, y: f64) -> (f64, f64) {
         let (s, c) = libm::sincos(self.turn_rad);

@@ -23,6 +23,8 @@ pub(crate) struct Particles {
     pub y: Vec<f32>,
     pub heading: Vec<f32>,
     pub log_scale: Vec<f32>,
+    /// By how much the odometry turns by itself, in units of [`crate::drift::UNIT_RAD`] a metre.
+    pub drift: Vec<i8>,
     /// Up to a common constant.
     pub log_weight: Vec<f32>,
     /// Sums to one after [`Particles::normalize`].
@@ -40,7 +42,8 @@ pub(crate) struct Roughening {
 impl Particles {
     pub(crate) fn with_capacity(count: usize) -> Self {
         let new = || Vec::with_capacity(count);
-        Self { x: new(), y: new(), heading: new(), log_scale: new(), log_weight: new(), weight: new() }
+        let drift = Vec::with_capacity(count);
+        Self { x: new(), y: new(), heading: new(), log_scale: new(), drift, log_weight: new(), weight: new() }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -52,6 +55,7 @@ impl Particles {
         self.y.push(y);
         self.heading.push(heading);
         self.log_scale.push(log_scale);
+        self.drift.push(0);
         self.log_weight.push(0.0);
         self.weight.push(0.0);
     }
@@ -106,6 +110,7 @@ impl Particles {
             room.par_chunks_mut(CHUNK).zip(ancestors.par_chunks(CHUNK)).for_each(gather);
             std::mem::swap(values, room);
         }
+        self.drift = ancestors.iter().map(|from| self.drift.get(*from as usize).copied().unwrap_or(0)).collect();
         self.log_weight.resize(count, 0.0);
         self.weight.resize(count, 0.0);
         if count < self.len() / 2 {
@@ -174,6 +179,7 @@ impl Particles {
         self.y.extend_from_slice(&others.y);
         self.heading.extend_from_slice(&others.heading);
         self.log_scale.extend_from_slice(&others.log_scale);
+        self.drift.extend_from_slice(&others.drift);
         let theirs: f64 = others.weight.iter().map(|w| f64::from(*w)).sum();
         self.weight.extend(others.weight.iter().map(|w| (share * f64::from(*w) / theirs) as f32));
         self.log_weight = self.weight.iter().map(|w| libm::logf(w.max(f32::MIN_POSITIVE))).collect();

@@ -431,7 +431,9 @@ fn summarise(i: usize, best: &[Vector4<f64>], covariance: &Matrix4<f64>, optima:
     }
     let places: Vec<(f64, f64)> = offsets.iter().map(|o| (o.x, o.y)).collect();
     let mean = Vector3::new(best[i][0], best[i][1], best[i][2]);
-    Smoothed { mean, covariance: total, radius95_m: radius95(&places, &own), log_scale: best[i][3], log_scale_variance: covariance[(3, 3)] }
+    let radius95_m = radius95(&places, &own);
+    // The motions that are polished have no drift left.
+    Smoothed { mean, covariance: total, radius95_m, log_scale: best[i][3], log_scale_variance: covariance[(3, 3)], drift_rad: 0.0 }
 }
 
 /// Precision of a motion at this scale: (ahead, aside, turn) in metres and radians, and the change of log scale.

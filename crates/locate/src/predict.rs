@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::approx;
 use crate::cast::BLOCK;
 use crate::chance::Chance;
+use crate::drift::UNIT_RAD;
 use crate::filter::LocateOptions;
 use crate::likelihood::View;
 use crate::motion::{Motion, MoveSampler};
@@ -33,16 +34,18 @@ pub(crate) fn predict_and_weigh(
         chance: Chance::new(seed, "move"),
         walls,
         leak_nats: libm::log(options.leak.clamp(1e-9, 1.0)) as f32,
+        drift_rad: UNIT_RAD * motion.length as f32,
     };
     let update = Update { mover, view, temper: options.sightings.temper as f32 };
     let poses = (cloud.x.par_chunks_mut(CHUNK), cloud.y.par_chunks_mut(CHUNK), cloud.heading.par_chunks_mut(CHUNK));
     let (log_scales, weights) = (cloud.log_scale.par_chunks(CHUNK), cloud.weight.par_chunks(CHUNK));
+    let drifts = cloud.drift.par_chunks(CHUNK);
     let empty = Survival::new(&options.scale);
-    let chunks: Vec<Survival> = (poses.0, poses.1, poses.2, log_scales, weights, cloud.log_weight.par_chunks_mut(CHUNK))
+    let chunks: Vec<Survival> = (poses.0, poses.1, poses.2, log_scales, drifts, weights, cloud.log_weight.par_chunks_mut(CHUNK))
         .into_par_iter()
         .enumerate()
-        .map(|(chunk, (x, y, heading, log_scale, weight, log_weight))| {
-            let part = Part { first: (chunk * CHUNK) as u32, x, y, heading, log_scale, weight, log_weight };
+        .map(|(chunk, (x, y, heading, log_scale, drift, weight, log_weight))| {
+            let part = Part { first: (chunk * CHUNK) as u32, x, y, heading, log_scale, drift, weight, log_weight };
             update.apply(part, empty.clone())
         })
         .collect();
@@ -57,6 +60,7 @@ struct Part<'a> {
     y: &'a mut [f32],
     heading: &'a mut [f32],
     log_scale: &'a [f32],
+    drift: &'a [i8],
     weight: &'a [f32],
     log_weight: &'a mut [f32],
 }
@@ -95,7 +99,8 @@ impl Update<'_> {
             let block = from..(from + BLOCK).min(part.x.len());
             let (xs, ys, headings) = (&mut part.x[block.clone()], &mut part.y[block.clone()], &mut part.heading[block.clone()]);
             let (log_scales, weights) = (&part.log_scale[block.clone()], &part.weight[block.clone()]);
-            self.mover.step(part.first.wrapping_add(from as u32), xs, ys, headings, log_scales, &mut moved);
+            let first = part.first.wrapping_add(from as u32);
+            self.mover.step(first, (&mut *xs, &mut *ys, &mut *headings), log_scales, &part.drift[block.clone()], &mut moved);
             self.mover.weigh(xs, ys, &mut moved);
             let nats = &mut moved.nats[..xs.len()];
             survival.add_block(log_scales, weights, nats);
@@ -115,6 +120,8 @@ struct Mover<'a> {
     walls: &'a Walls,
     /// Nats that each entry into a wall costs (negative).
     leak_nats: f32,
+    /// What a unit of drift turns over this motion, radians for a metre a unit of odometry.
+    drift_rad: f32,
 }
 
 /// What a block's particles did.
@@ -148,11 +155,19 @@ impl Moved {
 }
 
 impl Mover<'_> {
-    /// Moves a block whose first particle has the index `first`.
+    /// Moves a block of poses (x, y, heading) whose first particle has the index `first`.
     #[inline(always)]
-    fn step(&self, first: u32, xs: &mut [f32], ys: &mut [f32], headings: &mut [f32], log_scales: &[f32], moved: &mut Moved) {
+    fn step(
+        &self,
+        first: u32,
+        (xs, ys, headings): (&mut [f32], &mut [f32], &mut [f32]),
+        log_scales: &[f32],
+        drifts: &[i8],
+        moved: &mut Moved,
+    ) {
         let count = xs.len().min(BLOCK);
-        let (xs, ys, headings, log_scales) = (&mut xs[..count], &mut ys[..count], &mut headings[..count], &log_scales[..count]);
+        let (xs, ys, headings) = (&mut xs[..count], &mut ys[..count], &mut headings[..count]);
+        let (log_scales, drifts) = (&log_scales[..count], &drifts[..count]);
         // Two loops: one would need more registers than there are.
         for i in 0..count {
             let [a, b, c, _] = self.chance.normals(first.wrapping_add(i as u32));
@@ -165,7 +180,7 @@ impl Mover<'_> {
             let (dx, dy) = (scale * (c * forward - s * left), scale * (s * forward + c * left));
             (moved.from_x[i], moved.from_y[i]) = (xs[i], ys[i]);
             (xs[i], ys[i]) = (xs[i] + dx, ys[i] + dy);
-            headings[i] = approx::wrap(headings[i] + moved.turn[i]);
+            headings[i] = approx::wrap(headings[i] + moved.turn[i] - scale * (self.drift_rad * f32::from(drifts[i])));
             moved.length_m[i] = (dx * dx + dy * dy).sqrt();
         }
         for i in 0..count {
@@ -234,7 +249,8 @@ mod tests {
         let (x, y) = (before.x[i] + dx, before.y[i] + dy);
         let nats = walls.crossings_cell_by_cell(before.x[i], before.y[i], x, y) as f32 * libm::log(options.leak) as f32
             - walls.ground_cost(x, y, dx.hypot(dy));
-        [x, y, before.heading[i] + turn, nats]
+        let drift = scale * motion.length as f32 * UNIT_RAD * f32::from(before.drift[i]);
+        [x, y, before.heading[i] + turn - drift, nats]
     }
 
     #[test]
@@ -243,7 +259,8 @@ mod tests {
         let (options, motion, seed) = (options(), motion(), Seed(9));
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);
-        let before = cloud(&plan, 30_001);
+        let mut before = cloud(&plan, 30_001);
+        before.drift = (0..30_001).map(|i| (i % 256) as i8).collect();
         let mut after = before.clone();
         after.log_weight.fill(0.0);
         predict_and_weigh(&mut after, &motion, &walls, &scorer.on(&walls, &[]), &options, seed);
@@ -272,12 +289,14 @@ mod tests {
             chance: Chance::new(Seed(5), "move"),
             walls: &walls,
             leak_nats: -3.7,
+            drift_rad: 0.001,
         };
         let update = Update { mover, view: &view, temper: 0.12 };
         let clouds = [true, false].map(|wide| {
             let mut cloud = cloud(&plan, 5_003);
-            let Particles { x, y, heading, log_scale, weight, log_weight } = &mut cloud;
-            let part = Part { first: 0, x, y, heading, log_scale, weight, log_weight };
+            cloud.drift.iter_mut().enumerate().for_each(|(i, drift)| *drift = (i % 256) as i8);
+            let Particles { x, y, heading, log_scale, drift, weight, log_weight } = &mut cloud;
+            let part = Part { first: 0, x, y, heading, log_scale, drift, weight, log_weight };
             let survival = Survival::new(&options.scale);
             let _ = if wide { update.apply(part, survival) } else { update.apply_anywhere(part, survival) };
             [cloud.x, cloud.y, cloud.heading, cloud.log_weight].map(|values| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>())

@@ -12,6 +12,7 @@ use planwalk_types::{Seed, wrap_angle};
 use rayon::prelude::*;
 
 use crate::calibrate::Calibration;
+use crate::drift::UNIT_RAD;
 use crate::filter::{Localizer, carry};
 use crate::history::{Generation, NO_PARENT};
 use crate::modes::weighted_quantile;
@@ -39,6 +40,8 @@ pub(crate) struct Smoothed {
     pub radius95_m: f64,
     pub log_scale: f64,
     pub log_scale_variance: f64,
+    /// By how much the odometry turned by itself, radians a unit of way.
+    pub drift_rad: f64,
 }
 
 /// A walk smoothed, and what its polish measured, if there was anything to polish against.
@@ -56,7 +59,8 @@ pub(crate) fn smooth(localizer: &Localizer<'_>, mode: usize, trajectories: usize
     if mean.is_empty() {
         return SmoothedWalk::default();
     }
-    let links = localizer.history.generations.iter().map(|g| Link { motion: g.motion, rays: &g.rays }).collect();
+    let links = localizer.history.generations.iter().zip(&walk);
+    let links = links.map(|(g, s)| Link { motion: g.motion.without_drift(s.drift_rad), rays: &g.rays }).collect();
     let mut problem = Problem::new(links, &mean, localizer.plan, &localizer.walls, &localizer.options);
     // Other places are a second thought: their spread is that of one hill.
     let draws = if mode == 0 { &draws[..] } else { &[] };
@@ -75,7 +79,7 @@ fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> (Vec
         return Default::default();
     }
     let seed = localizer.options.seed.child("backward", mode as u64);
-    let mut nodes: Vec<Node> = ends.into_iter().map(|i| Node { particle: Some(i), state: state(last, i) }).collect();
+    let mut nodes: Vec<Node> = ends.into_iter().map(|i| Node::of(last, i)).collect();
     let mut walk = vec![summarise(&nodes)];
     let kept: Vec<usize> = (0..DRAWS).map(|k| (2 * k + 1) * nodes.len() / (2 * DRAWS)).collect();
     let mut draws: Vec<Vec<Vector4<f64>>> = kept.iter().map(|i| vec![Vector4::from(nodes[*i].state)]).collect();
@@ -86,9 +90,9 @@ fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> (Vec
         let candidates = kernel.candidates(before, seed);
         nodes.par_iter_mut().enumerate().for_each(|(i, node)| {
             *node = match node.particle.and_then(|child| choose(before, here, child, &kernel, &candidates, seed.child("walk", i as u64))) {
-                Some(particle) => Node { particle: Some(particle), state: state(before, particle) },
+                Some(particle) => Node::of(before, particle),
                 // Put in anew after a loss: before that, dead reckoning.
-                None => Node { particle: None, state: reckon_back(&here.motion, node.state) },
+                None => Node { particle: None, state: reckon_back(&here.motion.without_drift(node.drift_rad), node.state), ..*node },
             };
         });
         walk.push(summarise(&nodes));
@@ -104,6 +108,14 @@ fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> (Vec
 struct Node {
     particle: Option<usize>,
     state: [f64; 4],
+    /// Radians a unit of way.
+    drift_rad: f64,
+}
+
+impl Node {
+    fn of(generation: &Generation, i: usize) -> Self {
+        Self { particle: Some(i), state: state(generation, i), drift_rad: drift_rad(generation, i) }
+    }
 }
 
 /// Particles of the last generation in this mode, in proportion to weight.
@@ -124,6 +136,10 @@ fn draw_ends(localizer: &Localizer<'_>, last: &Generation, mode: usize, count: u
 
 fn state(generation: &Generation, i: usize) -> [f64; 4] {
     [generation.x[i], generation.y[i], generation.heading[i], generation.log_scale[i]].map(f64::from)
+}
+
+fn drift_rad(generation: &Generation, i: usize) -> f64 {
+    f64::from(UNIT_RAD) * f64::from(generation.drift[i]) * libm::exp(f64::from(generation.log_scale[i]))
 }
 
 /// The state before `motion` that leads to `after` without noise.
@@ -209,7 +225,7 @@ impl Kernel {
         let scale = libm::exp(log_scale);
         let (sin, cos) = libm::sincos(heading);
         let precision = self.variance_unit.map(|unit| 1.0 / (self.variance_m + scale * scale * unit));
-        let expected = self.motion.applied_to(Vector3::new(x, y, heading), scale);
+        let expected = self.motion.without_drift(drift_rad(before, j)).applied_to(Vector3::new(x, y, heading), scale);
         Candidate { particle: j, expected, cos, sin, log_scale, precision, weight: f64::from(before.weight[j]) }
     }
 
@@ -231,8 +247,9 @@ impl Kernel {
 /// Mean, covariance and 95 % radius of equally likely states.
 fn summarise(nodes: &[Node]) -> Smoothed {
     let count = nodes.len().max(1) as f64;
-    let (mut x, mut y, mut s, mut c, mut log_scale) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for Node { state, .. } in nodes {
+    let (mut x, mut y, mut s, mut c, mut log_scale, mut drift) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for Node { state, drift_rad, .. } in nodes {
+        drift += drift_rad / count;
         let (sin, cos) = libm::sincos(state[2]);
         (x, y, s, c, log_scale) = (x + state[0], y + state[1], s + sin, c + cos, log_scale + state[3]);
     }
@@ -250,7 +267,7 @@ fn summarise(nodes: &[Node]) -> Smoothed {
     let plan = PLAN_SIGMA_M * PLAN_SIGMA_M;
     covariance += Matrix3::from_diagonal(&Vector3::new(plan, plan, KERNEL_RAD * KERNEL_RAD));
     let radius95_m = weighted_quantile(&mut distances, 0.95).hypot(2.448 * PLAN_SIGMA_M);
-    Smoothed { mean, covariance, radius95_m, log_scale, log_scale_variance }
+    Smoothed { mean, covariance, radius95_m, log_scale, log_scale_variance, drift_rad: drift }
 }
 
 /// Radius around the first place that holds 95 % of equally likely Gaussians of one covariance around all of `places`.
@@ -319,6 +336,7 @@ pub(crate) fn at_moments(localizer: &Localizer<'_>, walk: &[Smoothed]) -> Vec<Sm
             radius95_m: mix(from.radius95_m, to.radius95_m),
             log_scale: mix(from.log_scale, to.log_scale),
             log_scale_variance: mix(from.log_scale_variance, to.log_scale_variance),
+            drift_rad: from.drift_rad,
         })
     };
     localizer.moments.iter().filter_map(between).collect()
