@@ -181,7 +181,16 @@ pub struct LookOptions {
 
 impl Default for LookOptions {
     fn default() -> Self {
-        Self { way_m: 8.0, rays: 48, keep_nats: 10.0, every_m: 15.0, doubt_nats: 0.4, particles: 50_000, scale_sigmas: 2.5, scored_most: 1_000_000 }
+        Self {
+            way_m: 8.0,
+            rays: 48,
+            keep_nats: 10.0,
+            every_m: 15.0,
+            doubt_nats: 0.4,
+            particles: 50_000,
+            scale_sigmas: 2.5,
+            scored_most: 1_000_000,
+        }
     }
 }
 
