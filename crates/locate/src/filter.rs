@@ -77,6 +77,9 @@ pub struct LocateOptions {
     pub particles_seeing: usize,
     /// How the whole plan is looked at.
     pub look: LookOptions,
+    /// Way that [`Localizer`] remembers, metres at the prior's scale; `None` for all of it. A stream without end needs a bound:
+    /// what is forgotten is not smoothed, and not in the answer of [`Localizer::finish`]. What is known now does not change.
+    pub remember_m: Option<f64>,
     /// Most independent runs over a whole walk whose start is unknown; two that agree on the best place end the search. A
     /// filter that loses the right place among a million others loses it for good; another one, with other draws, may not.
     pub attempts: usize,
@@ -106,6 +109,7 @@ impl LocateOptions {
             relocalise: true,
             particles_seeing: 150_000,
             look: LookOptions::default(),
+            remember_m: None,
             attempts: 3,
         }
     }
@@ -195,6 +199,8 @@ pub struct Localizer<'a> {
     unit_variance: f64,
     /// The plan prepared for looks, and those made so far.
     pub(crate) looks: Looks,
+    /// Way since the oldest generation that is kept, metres at the prior's scale.
+    remembered_m: f64,
     steady_turn: SteadyTurn,
     near_past: Window,
     watch: Watch,
@@ -255,6 +261,7 @@ impl<'a> Localizer<'a> {
             since_resampling_m: 0.0,
             unit_variance: 0.0,
             looks: Looks::default(),
+            remembered_m: 0.0,
             steady_turn,
             near_past: Window::default(),
             watch: Watch::default(),
@@ -363,6 +370,30 @@ impl<'a> Localizer<'a> {
             self.look_around(due, seed);
         }
         self.updates += 1;
+        self.forget(motion.length * self.options.scale.metres_per_unit);
+    }
+
+    /// Forgets what lies too far back, a quarter of what is remembered at a time.
+    fn forget(&mut self, walked_m: f64) {
+        let Some(remember_m) = self.options.remember_m else { return };
+        // Turning on the spot counts too.
+        let way_of = |length_m: f64| length_m.max(0.1);
+        self.remembered_m += way_of(walked_m);
+        if self.remembered_m < 1.25 * remember_m {
+            return;
+        }
+        let (mut way_m, metres_per_unit) = (0.0, self.options.scale.metres_per_unit);
+        let recent = self.history.generations.iter().rev().take_while(|generation| {
+            way_m += way_of(generation.motion.length * metres_per_unit);
+            way_m <= remember_m
+        });
+        let forgotten = self.history.generations.len() - recent.count().max(1);
+        self.history.forget(forgotten);
+        let gone = self.moments.partition_point(|moment| moment.generation < forgotten);
+        self.moments.drain(..gone);
+        self.estimates.drain(..gone);
+        self.moments.iter_mut().for_each(|moment| moment.generation -= forgotten);
+        self.remembered_m = remember_m;
     }
 
     /// The verdict on the cloud. Whoever has not looked everywhere yet cannot know that no other place is as good.

@@ -62,6 +62,14 @@ impl History {
         self.prune();
     }
 
+    /// Drops the oldest generations, but never the newest.
+    pub(crate) fn forget(&mut self, count: usize) {
+        self.generations.drain(..count.min(self.generations.len().saturating_sub(1)));
+        if let Some(oldest) = self.generations.first_mut() {
+            oldest.parent.fill(NO_PARENT);
+        }
+    }
+
     /// Drops nodes without descendants in the oldest generation that is kept whole. Ends where nothing can be dropped: without
     /// resampling everybody has a descendant, and before a generation that lost nobody, nobody was lost.
     fn prune(&mut self) {

@@ -2,7 +2,8 @@
 
 use nalgebra::Matrix3;
 use planwalk_locate::{
-    ContradictedKind, Localization, LocateError, LocateOptions, PlaceOptions, ScalePrior, StartPrior, localize, localize_observed, place,
+    ContradictedKind, Localization, Localizer, LocateError, LocateOptions, PlaceOptions, ScalePrior, StartPrior, localize,
+    localize_observed, place,
 };
 use planwalk_types::path::StepNoise;
 use planwalk_types::{
@@ -481,4 +482,27 @@ fn a_prior_of_an_unknown_unit_is_wide_enough_for_its_truth() {
     let walk = walk(&WALK, &office(), WORLD, 16);
     let prior = ScalePrior::of(OdometryScale::Unknown, &walk.path);
     assert!((SCALE / prior.metres_per_unit).ln().abs() < 2.0 * prior.relative_sigma, "{prior:?}");
+}
+
+#[test]
+fn a_stream_without_end_takes_no_more_memory_and_knows_as_much_now() {
+    let plan = office();
+    let corners: Vec<(f64, f64)> = (0..6).flat_map(|_| WALK.into_iter().chain(WALK.into_iter().rev())).collect();
+    let walk = walk(&corners, &plan, WORLD, 3);
+    let start = Some(StartPrior { sigma_rad: 0.1, ..start_of(&walk) });
+    let whole = LocateOptions { start, ..thrifty(options(5)) };
+    let bounded = LocateOptions { remember_m: Some(10.0), ..whole.clone() };
+    let pushed = |options: &LocateOptions| {
+        let mut localizer = Localizer::new(&plan, options).unwrap();
+        let now: Vec<_> = walk.path.steps.iter().map(|step| localizer.push(step, &[])).collect();
+        (now, localizer.finish().unwrap())
+    };
+    let ((now, all), (now_bounded, recent)) = (pushed(&whole), pushed(&bounded));
+    assert!(now.iter().zip(&now_bounded).all(|(a, b)| a.pose == b.pose && a.radius95_m == b.radius95_m));
+    // 10 m and a quarter, of some 230.
+    assert!(all.track.len() == walk.truth.len() && recent.track.len() * 12 < all.track.len(), "{}", recent.track.len());
+    assert_eq!(all.track.last().unwrap().stamp, recent.track.last().unwrap().stamp);
+    let (first, last) = (&recent.track[0], recent.track.last().unwrap());
+    let from = walk.truth.len() - recent.track.len();
+    assert!(off(&first.pose, &walk.truth[from]) < 1.0 && off(&last.pose, &walk.truth[walk.truth.len() - 1]) < 1.0);
 }

@@ -197,7 +197,7 @@ impl Default for LookOptions {
 /// Relative step of scale: at 10 m half of it is 15 cm.
 const SCALE_STEP: f64 = 0.03;
 /// Groups that are looked into between two raises of the bar.
-const BATCH: usize = 64;
+const BATCH: usize = 8;
 /// How much worse than its best member the middle of a group may be, nats.
 const GROUP_SLACK_NATS: f32 = 8.0;
 /// Rounds in which groups are estimated, and places that are tried after each, to raise the bar.
@@ -305,22 +305,22 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
         ..Looked::default()
     };
     for batch in tops.chunks(BATCH) {
-        let found: Vec<Vec<(Vec<Leaf>, usize)>> = batch
+        let near: Vec<(usize, Vec<usize>)> = batch
             .par_iter()
             .filter(|(nats, _, _)| *nats >= bar - GROUP_SLACK_NATS)
-            .map(|(_, _, i)| {
-                let near = sweep.promising(&lanes, groups[*i][0], bar - GROUP_SLACK_NATS);
-                groups[*i].iter().map(|pair| sweep.leaves(&near, *pair, bar)).collect()
-            })
+            .map(|(_, _, i)| (*i, sweep.promising(&lanes, groups[*i][0], bar - GROUP_SLACK_NATS)))
             .collect();
-        for (leaves, scored) in found.into_iter().flatten() {
-            looked.scored += scored;
+        let pairs: Vec<_> = near.iter().flat_map(|(i, near)| groups[*i].iter().map(move |pair| (*pair, near))).collect();
+        let asked: Vec<_> = pairs.par_iter().map(|(pair, near)| (*pair, sweep.candidates(near, *pair, bar, options.scored_most))).collect();
+        looked.scored += asked.iter().map(|(_, cells)| cells.len()).sum::<usize>();
+        if looked.scored > options.scored_most {
+            return None;
+        }
+        let found: Vec<Vec<Leaf>> = asked.par_iter().map(|(pair, cells)| sweep.leaves(cells, *pair, bar)).collect();
+        for leaves in found {
             let best = leaves.iter().map(|l| l.nats).fold(f32::NEG_INFINITY, f32::max);
             bar = bar.max(best - keep);
             looked.leaves.extend(leaves);
-        }
-        if looked.scored > options.scored_most {
-            return None;
         }
     }
     looked.leaves.retain(|l| l.nats >= bar);

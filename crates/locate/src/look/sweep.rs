@@ -266,22 +266,29 @@ impl<'a> Sweep<'a> {
         found
     }
 
-    /// All cells of these lanes that score at least `bar`, and how many were scored for it.
-    pub(super) fn leaves(&self, lanes: &[usize], (direction, log_scale): (usize, f64), bar: f32) -> (Vec<Leaf>, usize) {
-        let (tests, base) = self.tests((direction, log_scale), 0.0);
-        let (mut leaves, mut scored) = (Vec::new(), 0);
-        let Some(bearable) = self.bearable(base, bar - SLACK_NATS) else { return (leaves, scored) };
+    /// The cells of these lanes whose estimate allows `bar`; where they are more than `most`, some of them.
+    pub(super) fn candidates(&self, lanes: &[usize], pair: (usize, f64), bar: f32, most: usize) -> Vec<u32> {
+        let (tests, base) = self.tests(pair, 0.0);
+        let mut cells = Vec::new();
+        let Some(bearable) = self.bearable(base, bar - SLACK_NATS) else { return cells };
         self.sweep(lanes, &tests, bearable, |at, lost| {
-            for (lane, l) in lost.iter().enumerate() {
-                if *l <= bearable && self.place_nats[at + lane] > f32::NEG_INFINITY {
-                    scored += 1;
-                    let (x, y) = self.horizon.centre((at + lane) % self.horizon.width, (at + lane) / self.horizon.width);
-                    leaves.extend(self.leaf(x, y, horizon::angle(direction), log_scale as f32, bar));
-                }
+            if cells.len() <= most {
+                let may = |lane: &usize| lost[*lane] <= bearable && self.place_nats[at + lane] > f32::NEG_INFINITY;
+                cells.extend((0..LANES).filter(may).map(|lane| (at + lane) as u32));
             }
             bearable
         });
-        (leaves, scored)
+        cells
+    }
+
+    /// Those of these cells that score at least `bar`.
+    pub(super) fn leaves(&self, cells: &[u32], (direction, log_scale): (usize, f64), bar: f32) -> Vec<Leaf> {
+        let leaf = |cell: &u32| {
+            let cell = *cell as usize;
+            let (x, y) = self.horizon.centre(cell % self.horizon.width, cell / self.horizon.width);
+            self.leaf(x, y, horizon::angle(direction), log_scale as f32, bar)
+        };
+        cells.iter().filter_map(leaf).collect()
     }
 
     /// How many cells score at least `bar`, asked one by one.
