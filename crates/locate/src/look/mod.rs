@@ -112,9 +112,32 @@ impl Atlas {
                 weights[at] = weights[at].max(prior::weight(*cell, *inside));
             }
         }
+        let near = near_floor(&weights, &horizon);
+        weights.iter_mut().zip(near).for_each(|(weight, near)| *weight = if near { *weight } else { 0.0 });
         let place_nats = weights.into_iter().map(|w| if w > 0.0 { libm::log(w) as f32 } else { f32::NEG_INFINITY }).collect();
         Self { horizon, place_nats }
     }
+}
+
+/// Which cells have ground within [`FLOOR_WITHIN_M`] on which one is as likely as anywhere.
+fn near_floor(weights: &[f64], horizon: &Horizon) -> Vec<bool> {
+    let (width, reach) = (horizon.width, (FLOOR_WITHIN_M / f64::from(horizon.cell_m)).ceil() as usize);
+    let most = weights.iter().copied().fold(0.0, f64::max);
+    let floor: Vec<bool> = weights.iter().map(|weight| *weight >= 0.5 * most).collect();
+    // Within a square: along the rows, then along the columns.
+    let mut rows = vec![false; floor.len()];
+    for (row, out) in floor.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
+        for at in (0..width).filter(|at| row[*at]) {
+            out[at.saturating_sub(reach)..(at + reach + 1).min(width)].fill(true);
+        }
+    }
+    let mut near = vec![false; floor.len()];
+    for (row, line) in rows.chunks_exact(width).enumerate() {
+        for other in row.saturating_sub(reach)..(row + reach + 1).min(horizon.height) {
+            near[other * width..(other + 1) * width].iter_mut().zip(line).for_each(|(near, here)| *near |= here);
+        }
+    }
+    near
 }
 
 /// The looks at one plan that were asked for so far: several runs over one walk ask for the same ones.
@@ -194,6 +217,9 @@ impl Default for LookOptions {
     }
 }
 
+/// Whoever is farther from any floor has walked there over ground that is none: over the way of a look, that costs more than
+/// [`LookOptions::keep_nats`] on unknown ground, and outside there is nothing to see that is on the plan.
+const FLOOR_WITHIN_M: f64 = 4.0;
 /// Relative step of scale: at 10 m half of it is 15 cm.
 const SCALE_STEP: f64 = 0.03;
 /// Groups that are looked into between two raises of the bar.
