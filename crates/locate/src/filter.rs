@@ -396,10 +396,11 @@ impl<'a> Localizer<'a> {
         self.remembered_m = remember_m;
     }
 
-    /// The verdict on the cloud. Whoever has not looked everywhere yet cannot know that no other place is as good.
+    /// The verdict on the cloud. Whoever has not looked everywhere yet cannot know that no other place is as good; nor is a place
+    /// believed that does not explain what is being seen.
     fn judge(&self) -> Status {
         let status = verdict(&self.modes, &self.evidence, self.options.start.is_some(), &self.options.verdict);
-        if status == Status::Tracking && self.looks_about() && !self.watch.has_looked() { Status::Ambiguous } else { status }
+        if status == Status::Tracking && self.looks_about() && (!self.watch.has_looked() || self.watch.in_doubt()) { Status::Ambiguous } else { status }
     }
 
     fn looks_about(&self) -> bool {
@@ -446,15 +447,18 @@ impl<'a> Localizer<'a> {
         believed.map_or(0.0, |mode| STEP_RAD * (mode.drift_rad_per_m / STEP_RAD).round() * self.options.scale.metres_per_unit)
     }
 
-    /// Only to make sure, scales are tried near the one that is believed, and only rivals as good count; else all are.
+    /// Only to make sure, scales are tried near the one that is believed, and only rivals as good count. In doubt too they are tried
+    /// there at first: whoever was carried elsewhere keeps the unit. Else all are.
     fn options_of_look(&self, due: Due) -> LocateOptions {
         let mut options = self.options.clone();
-        if due == Due::Check {
+        if due == Due::Check || due == Due::Doubt && !self.watch.in_long_doubt() {
             let (log_scale, sigma) = self.cloud.scale();
             // In steps, so that runs that agree ask for the same look.
             let log_scale = SCALE_STEP * (log_scale / SCALE_STEP).round();
             let relative_sigma = (0.5 * SCALE_STEP * (sigma / (0.5 * SCALE_STEP)).ceil().max(2.0)).min(options.scale.relative_sigma);
             options.scale = ScalePrior { metres_per_unit: libm::exp(log_scale), relative_sigma };
+        }
+        if due == Due::Check {
             options.look.keep_nats *= 0.3;
         }
         options

@@ -487,7 +487,7 @@ fn a_prior_of_an_unknown_unit_is_wide_enough_for_its_truth() {
 #[test]
 fn a_stream_without_end_takes_no_more_memory_and_knows_as_much_now() {
     let plan = office();
-    let corners: Vec<(f64, f64)> = (0..6).flat_map(|_| WALK.into_iter().chain(WALK.into_iter().rev())).collect();
+    let corners: Vec<(f64, f64)> = (0..2).flat_map(|_| WALK.into_iter().chain(WALK.into_iter().rev())).collect();
     let walk = walk(&corners, &plan, WORLD, 3);
     let start = Some(StartPrior { sigma_rad: 0.1, ..start_of(&walk) });
     let whole = LocateOptions { start, ..thrifty(options(5)) };
@@ -499,10 +499,11 @@ fn a_stream_without_end_takes_no_more_memory_and_knows_as_much_now() {
     };
     let ((now, all), (now_bounded, recent)) = (pushed(&whole), pushed(&bounded));
     assert!(now.iter().zip(&now_bounded).all(|(a, b)| a.pose == b.pose && a.radius95_m == b.radius95_m));
-    // 10 m and a quarter, of some 230.
-    assert!(all.track.len() == walk.truth.len() && recent.track.len() * 12 < all.track.len(), "{}", recent.track.len());
+    // 10 m and a quarter, of some 90.
+    assert!(all.track.len() == walk.truth.len() && recent.track.len() * 5 < all.track.len(), "{}", recent.track.len());
     assert_eq!(all.track.last().unwrap().stamp, recent.track.last().unwrap().stamp);
-    let (first, last) = (&recent.track[0], recent.track.last().unwrap());
-    let from = walk.truth.len() - recent.track.len();
-    assert!(off(&first.pose, &walk.truth[from]) < 1.0 && off(&last.pose, &walk.truth[walk.truth.len() - 1]) < 1.0);
+    // What is left is smoothed as it would have been: by other draws of the same past.
+    let before = all.track.len() - recent.track.len();
+    let apart = recent.track.iter().zip(&all.track[before..]).map(|(a, b)| off(&a.pose, &b.pose));
+    assert!(median(apart.collect()) < 0.3);
 }

@@ -6,7 +6,13 @@ use super::LookOptions;
 use super::window::KEPT_M;
 
 /// Way over which the recent gain is averaged, metres: a carried-off walker is noticed within a few.
-const RECENT_M: f64 = 3.0;
+const RECENT_M: f64 = 2.0;
+/// Way in doubt before the first look for it, metres; later ones wait for half as much way again.
+const DOUBT_M: f64 = 2.0;
+/// Way in doubt after which more than the place is doubted, metres.
+const LONG_DOUBT_M: f64 = 8.0;
+/// Way in doubt after which no place is believed, metres.
+const BELIEVED_M: f64 = 0.5;
 /// A look that told too little takes in so many times the way when it is repeated.
 const LONGER: f64 = 1.5;
 
@@ -46,8 +52,8 @@ impl Watch {
             // The first look waits for its whole way, a repeated one for what is new.
             let way_m = if self.unclear == 0 { options.way_m } else { self.way_m(options) * (1.0 - 1.0 / LONGER) };
             (self.since_look_m >= way_m).then_some(Due::First)
-        } else if self.doubt_m >= RECENT_M && self.since_look_m >= RECENT_M {
-            Some(Due::Doubt)
+        } else if self.doubt_m >= DOUBT_M {
+            (self.since_look_m >= DOUBT_M.max((1.0 - 1.0 / LONGER) * self.doubt_m)).then_some(Due::Doubt)
         } else {
             (self.since_look_m >= options.every_m).then_some(Due::Check)
         };
@@ -57,8 +63,11 @@ impl Watch {
         due
     }
 
-    /// Way that the look takes in that is due, metres.
+    /// Way that the look takes in that is due, metres. In doubt what was seen before it began may be of another place.
     pub(crate) fn way_m(&self, options: &LookOptions) -> f64 {
+        if self.looked && self.doubt_m > 0.0 {
+            return (self.doubt_m + RECENT_M).min(KEPT_M.max(options.way_m));
+        }
         (options.way_m * libm::pow(LONGER, f64::from(self.unclear))).min(KEPT_M.max(options.way_m))
     }
 
@@ -70,6 +79,16 @@ impl Watch {
     /// The look that was due told too little.
     pub(crate) fn unclear(&mut self) {
         self.unclear = self.unclear.saturating_add(1);
+    }
+
+    /// Whether what is seen is not explained where the walker is believed to be, for more than a moment.
+    pub(crate) fn in_doubt(&self) -> bool {
+        self.doubt_m > BELIEVED_M
+    }
+
+    /// Whether doubt has lasted for so long that even the unit of odometry may have been wrong.
+    pub(crate) fn in_long_doubt(&self) -> bool {
+        self.doubt_m > LONG_DOUBT_M
     }
 
     /// Whether any look has told something.
@@ -102,8 +121,10 @@ mod tests {
         let mut watch = Watch::default();
         assert_eq!(walk(&mut watch, 1.5, options.way_m as usize, true), [Due::First]);
         assert_eq!(walk(&mut watch, 1.5, options.every_m as usize, true), [Due::Check]);
-        // From 1.5 nats the mean over 3 m falls below the line within 4 m; 3 m of doubt later it is time.
-        assert_eq!(walk(&mut watch, 0.0, 8, true), [Due::Doubt]);
+        // From 1.5 nats the mean over 2 m falls below the line within 2.7 m; 2 m of doubt later it is time, then after 4, 6, 9 m.
+        assert_eq!(walk(&mut watch, 0.0, 5, true), [Due::Doubt]);
+        assert!(watch.in_doubt() && watch.way_m(&options) < 5.0);
+        assert_eq!(walk(&mut watch, 0.0, 7, true), [Due::Doubt; 3]);
     }
 
     #[test]
