@@ -199,6 +199,8 @@ pub struct Localizer<'a> {
     unit_variance: f64,
     /// The plan prepared for looks, and those made so far.
     pub(crate) looks: Looks,
+    /// Mean and standard deviation of the log scale when the place was believed last.
+    known_scale: Option<(f64, f64)>,
     /// Way since the oldest generation that is kept, metres at the prior's scale.
     remembered_m: f64,
     steady_turn: SteadyTurn,
@@ -261,6 +263,7 @@ impl<'a> Localizer<'a> {
             since_resampling_m: 0.0,
             unit_variance: 0.0,
             looks: Looks::default(),
+            known_scale: None,
             remembered_m: 0.0,
             steady_turn,
             near_past: Window::default(),
@@ -356,6 +359,9 @@ impl<'a> Localizer<'a> {
         let way_m = motion.length * self.options.scale.metres_per_unit;
         let due = if self.looks_about() && !rays.is_empty() { self.watch.add(gain, way_m, &self.options.look) } else { None };
         self.status = self.judge();
+        if self.status == Status::Tracking {
+            self.known_scale = Some(self.cloud.scale());
+        }
         let parents = std::mem::take(&mut self.parents);
         self.history.push(&self.cloud, parents, motion, self.roughened.take(), rays);
         self.parents = (0..self.cloud.len() as u32).collect();
@@ -400,7 +406,11 @@ impl<'a> Localizer<'a> {
     /// believed that does not explain what is being seen.
     fn judge(&self) -> Status {
         let status = verdict(&self.modes, &self.evidence, self.options.start.is_some(), &self.options.verdict);
-        if status == Status::Tracking && self.looks_about() && (!self.watch.has_looked() || self.watch.in_doubt()) { Status::Ambiguous } else { status }
+        if status == Status::Tracking && self.looks_about() && (!self.watch.has_looked() || self.watch.in_doubt()) {
+            Status::Ambiguous
+        } else {
+            status
+        }
     }
 
     fn looks_about(&self) -> bool {
@@ -451,8 +461,12 @@ impl<'a> Localizer<'a> {
     /// there at first: whoever was carried elsewhere keeps the unit. Else all are.
     fn options_of_look(&self, due: Due) -> LocateOptions {
         let mut options = self.options.clone();
-        if due == Due::Check || due == Due::Doubt && !self.watch.in_long_doubt() {
-            let (log_scale, sigma) = self.cloud.scale();
+        let known = match due {
+            Due::First => None,
+            Due::Doubt => self.known_scale.filter(|_| !self.watch.in_long_doubt()),
+            Due::Check => Some(self.cloud.scale()),
+        };
+        if let Some((log_scale, sigma)) = known {
             // In steps, so that runs that agree ask for the same look.
             let log_scale = SCALE_STEP * (log_scale / SCALE_STEP).round();
             let relative_sigma = (0.5 * SCALE_STEP * (sigma / (0.5 * SCALE_STEP)).ceil().max(2.0)).min(options.scale.relative_sigma);

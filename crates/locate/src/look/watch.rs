@@ -10,7 +10,7 @@ const RECENT_M: f64 = 2.0;
 /// Way in doubt before the first look for it, metres; later ones wait for half as much way again.
 const DOUBT_M: f64 = 2.0;
 /// Way in doubt after which more than the place is doubted, metres.
-const LONG_DOUBT_M: f64 = 8.0;
+const LONG_DOUBT_M: f64 = 24.0;
 /// Way in doubt after which no place is believed, metres.
 const BELIEVED_M: f64 = 0.5;
 /// A look that told too little takes in so many times the way when it is repeated.
