@@ -212,7 +212,7 @@ impl Default for LookOptions {
             doubt_nats: 0.4,
             particles: 50_000,
             scale_sigmas: 2.5,
-            scored_most: 1_000_000,
+            scored_most: 400_000,
         }
     }
 }

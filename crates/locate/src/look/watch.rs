@@ -65,7 +65,7 @@ impl Watch {
 
     /// Way that the look takes in that is due, metres. In doubt what was seen before it began may be of another place.
     pub(crate) fn way_m(&self, options: &LookOptions) -> f64 {
-        if self.looked && self.doubt_m > 0.0 {
+        if self.looked && self.doubt_m >= DOUBT_M {
             return (self.doubt_m + RECENT_M).min(KEPT_M.max(options.way_m));
         }
         (options.way_m * libm::pow(LONGER, f64::from(self.unclear))).min(KEPT_M.max(options.way_m))
