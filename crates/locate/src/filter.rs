@@ -1,4 +1,4 @@
-//! Where on the floor plan is the walker? A particle filter over plan poses and scale, one step at a time.
+//! Where on the floor plan is the walker? A particle filter over plan poses, scale and heading drift, one step at a time.
 //!
 //! Step + sightings ──gather until the body has moved──▶ predict ──▶ weigh by walls and sightings ──▶ modes, verdict ──▶ resample
 //!
