@@ -84,7 +84,10 @@ impl SteadyTurn {
         if *way_m >= PIECE_M {
             let curvature = *turn / *way_m;
             self.walked = (0.0, 0.0);
-            self.learn(curvature);
+            // Of lengths beyond what numbers hold there is none.
+            if curvature.is_finite() {
+                self.learn(curvature);
+            }
         }
     }
 
@@ -106,7 +109,6 @@ impl SteadyTurn {
             second += weight * f64::from(d) * f64::from(d);
         }
         let mean = first / sum;
-
         self.sigma = (second / sum - mean * mean).max(SURE * SURE).sqrt() as f32;
         self.mean = mean as f32;
     }

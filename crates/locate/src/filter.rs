@@ -13,7 +13,7 @@ use crate::LocateError;
 use crate::drift::{HeadingDrift, SteadyTurn};
 use crate::history::{History, NO_PARENT};
 use crate::likelihood::{Pending, Scorer, SightingModel, View};
-use crate::look::{Due, Leaf, LookOptions, Looks, Watch, Window};
+use crate::look::{Due, Leaf, LookOptions, Looks, SCALE_STEP, Watch, Window, way_of};
 use crate::modes::{Bins, Modes};
 use crate::motion::{Motion, NoiseFloor};
 use crate::particles::{Particles, Roughening};
@@ -24,8 +24,6 @@ use crate::walls::{GroundCosts, Walls};
 
 /// Variance of the logarithm of the odometry's unit over which the cloud must spread its scales at once: 5 %.
 const UNIT_CHANGED: f64 = 0.05 * 0.05;
-/// Step of the logarithm of scale in which looks are asked for.
-const SCALE_STEP: f64 = 0.03;
 /// Particles that say what the best mode makes of what is seen: their mean is good to a few hundredths of a nat.
 const GAIN_FROM: usize = 512;
 /// A cloud above this size waits twice as long between updates.
@@ -376,21 +374,19 @@ impl<'a> Localizer<'a> {
             self.look_around(due, seed);
         }
         self.updates += 1;
-        self.forget(motion.length * self.options.scale.metres_per_unit);
+        self.forget(&motion);
     }
 
     /// Forgets what lies too far back, a quarter of what is remembered at a time.
-    fn forget(&mut self, walked_m: f64) {
+    fn forget(&mut self, newest: &Motion) {
         let Some(remember_m) = self.options.remember_m else { return };
-        // Turning on the spot counts too.
-        let way_of = |length_m: f64| length_m.max(0.1);
-        self.remembered_m += way_of(walked_m);
+        let (mut way_m, metres_per_unit) = (0.0, self.options.scale.metres_per_unit);
+        self.remembered_m += way_of(newest, metres_per_unit);
         if self.remembered_m < 1.25 * remember_m {
             return;
         }
-        let (mut way_m, metres_per_unit) = (0.0, self.options.scale.metres_per_unit);
         let recent = self.history.generations.iter().rev().take_while(|generation| {
-            way_m += way_of(generation.motion.length * metres_per_unit);
+            way_m += way_of(&generation.motion, metres_per_unit);
             way_m <= remember_m
         });
         let forgotten = self.history.generations.len() - recent.count().max(1);

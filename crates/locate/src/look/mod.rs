@@ -19,7 +19,7 @@ mod window;
 
 use horizon::Horizon;
 pub(crate) use watch::{Due, Watch};
-pub(crate) use window::{Scene, Window};
+pub(crate) use window::{Scene, Window, way_of};
 
 use planwalk_types::{FloorPlan, Hypothesis, Path, PlanPose, ScaleEstimate, Seed, Sighting};
 use rayon::prelude::*;
@@ -217,11 +217,11 @@ impl Default for LookOptions {
     }
 }
 
-/// Whoever is farther from any floor has walked there over ground that is none: over the way of a look, that costs more than
-/// [`LookOptions::keep_nats`] on unknown ground, and outside there is nothing to see that is on the plan.
+/// Whoever is farther from any floor is not looked for. On unknown ground the way there alone costs about
+/// [`LookOptions::keep_nats`]; whoever walks round the building at a distance is left to the particles.
 const FLOOR_WITHIN_M: f64 = 4.0;
 /// Relative step of scale: at 10 m half of it is 15 cm.
-const SCALE_STEP: f64 = 0.03;
+pub(crate) const SCALE_STEP: f64 = 0.03;
 /// Groups that are looked into between two raises of the bar.
 const BATCH: usize = 8;
 /// How much worse than its best member the middle of a group may be, nats.

@@ -96,7 +96,7 @@ impl Window {
 }
 
 /// Way that an update counts for. Turning on the spot counts too: whoever only turns must not fill the memory.
-fn way_of(motion: &Motion, metres_per_unit: f64) -> f64 {
+pub(crate) fn way_of(motion: &Motion, metres_per_unit: f64) -> f64 {
     (motion.length * metres_per_unit).max(0.1)
 }
 
