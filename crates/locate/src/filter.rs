@@ -199,6 +199,8 @@ pub struct Localizer<'a> {
     pub(crate) looks: Looks,
     /// Mean and standard deviation of the log scale when the place was believed last.
     known_scale: Option<(f64, f64)>,
+    /// Way since something was seen, the odometry's unit.
+    unseen: f64,
     /// Way since the oldest generation that is kept, metres at the prior's scale.
     remembered_m: f64,
     steady_turn: SteadyTurn,
@@ -262,6 +264,7 @@ impl<'a> Localizer<'a> {
             unit_variance: 0.0,
             looks: Looks::default(),
             known_scale: None,
+            unseen: 0.0,
             remembered_m: 0.0,
             steady_turn,
             near_past: Window::default(),
@@ -339,7 +342,9 @@ impl<'a> Localizer<'a> {
         let motion = std::mem::replace(&mut self.window, Motion::none());
         let rays = self.pending.take(self.rays_affordable(), &motion);
         let seed = self.options.seed.child("update", self.updates);
-        let moved_m = motion.length * libm::exp(self.modes.modes.first().map_or(self.options.scale.log_mean(), |m| m.log_scale));
+        self.unseen += motion.length;
+        let believed_scale = libm::exp(self.modes.modes.first().map_or(self.options.scale.log_mean(), |m| m.log_scale));
+        let moved_m = motion.length * believed_scale;
         {
             let view = self.scorer.on(&self.walls, &rays);
             let survival = predict_and_weigh(&mut self.cloud, &motion, &self.walls, &view, &self.options, seed);
@@ -350,12 +355,15 @@ impl<'a> Localizer<'a> {
         let view = self.scorer.on(&self.walls, &rays);
         let gain = if view.is_empty() { 0.0 } else { self.gain(&view) };
         if !view.is_empty() {
-            self.evidence.add(gain, moved_m, &self.options.verdict);
+            self.evidence.add(gain, self.unseen * believed_scale, &self.options.verdict);
         }
         self.near_past.push(motion.without_drift(self.believed_drift()), &rays, self.options.scale.metres_per_unit);
         // At the prior's scale: runs with other draws then look at the same moments.
-        let way_m = motion.length * self.options.scale.metres_per_unit;
+        let way_m = self.unseen * self.options.scale.metres_per_unit;
         let due = if self.looks_about() && !rays.is_empty() { self.watch.add(gain, way_m, &self.options.look) } else { None };
+        if !rays.is_empty() {
+            self.unseen = 0.0;
+        }
         self.status = self.judge();
         if self.status == Status::Tracking {
             self.known_scale = Some(self.cloud.scale());
@@ -459,7 +467,10 @@ impl<'a> Localizer<'a> {
         let mut options = self.options.clone();
         let known = match due {
             Due::First => None,
-            Due::Doubt => self.known_scale.filter(|_| !self.watch.in_long_doubt()),
+            Due::Doubt => self.known_scale.filter(|_| !self.watch.in_long_doubt()).map(|(log_scale, sigma)| {
+                // As it was before doubt began; it has drifted since.
+                (log_scale, sigma.hypot(options.scale_drift_per_sqrt_m * self.watch.doubt_m().sqrt()))
+            }),
             Due::Check => Some(self.cloud.scale()),
         };
         if let Some((log_scale, sigma)) = known {
@@ -554,4 +565,31 @@ fn roughening(count: usize, filled_bins: f64) -> Roughening {
     let per_bin = (count as f64 / filled_bins.max(1.0)).max(1.0);
     let apart = 0.3 * libm::pow(per_bin, -0.25);
     Roughening { metres: (0.5 * apart) as f32, heading_rad: (15f64.to_radians() * apart) as f32, log_scale: (0.1 * apart) as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planwalk_types::Wall;
+    use planwalk_types::path::StepNoise;
+
+    #[test]
+    fn way_on_which_nothing_was_seen_counts_when_something_is() {
+        let wall = |x0: f64, y0: f64, x1: f64, y1: f64| Wall { from: Pt2::new(x0, y0), to: Pt2::new(x1, y1) };
+        let walls = [wall(0.0, 0.0, 20.0, 0.0), wall(20.0, 0.0, 20.0, 3.0), wall(20.0, 3.0, 0.0, 3.0), wall(0.0, 3.0, 0.0, 0.0)];
+        let plan = FloorPlan::from_walls(&walls, 0.05, 1.0).unwrap();
+        let options = LocateOptions::new(Seed(1), ScalePrior { metres_per_unit: 1.0, relative_sigma: 0.0 });
+        let mut localizer = Localizer::new(&plan, &options).unwrap();
+        for second in 0..12i64 {
+            let (from, to) = (Stamp(second * 1_000_000_000), Stamp((second + 1) * 1_000_000_000));
+            let step = StepNoise::default().step(from, to, 0.6, 0.0, 0.0);
+            let aside = |bearing_rad: f64| Sighting { stamp: to, bearing_rad, range: 1.5, sigma: 0.05 };
+            let seen = if second % 3 == 2 { vec![aside(1.57), aside(-1.57)] } else { Vec::new() };
+            localizer.push(&step, &seen);
+        }
+        // Each step is an update of its own; every third sees something.
+        assert_eq!(localizer.updates(), 12);
+        // Scales are single precision.
+        assert!((localizer.evidence.seen_m - 12.0 * 0.6).abs() < 1e-6, "{}", localizer.evidence.seen_m);
+    }
 }

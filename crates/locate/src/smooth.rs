@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use planwalk_types::{Seed, wrap_angle};
 use rayon::prelude::*;
 
+use crate::approx;
 use crate::calibrate::Calibration;
 use crate::drift::UNIT_RAD;
 use crate::filter::{Localizer, carry};
@@ -240,7 +241,7 @@ impl Kernel {
         let turn = wrap_angle(to[2] - from.expected.z);
         let stretch = to[3] - from.log_scale;
         let exponent = metres + turn * turn * self.precision_rad + stretch * stretch * self.precision_log_scale;
-        if exponent < 50.0 { from.weight * libm::exp(-0.5 * exponent) } else { 0.0 }
+        if exponent < 50.0 { from.weight * f64::from(approx::exp(-0.5 * exponent as f32)) } else { 0.0 }
     }
 }
 

@@ -184,8 +184,10 @@ impl Looks {
 pub struct LookOptions {
     /// Way that one look takes in, metres: short enough for odometry to be stiff, long enough for corners to be in it.
     pub way_m: f64,
-    /// Sightings that are scored.
+    /// Sightings that are scored …
     pub rays: usize,
+    /// … and those of them that the estimate takes.
+    pub estimated_rays: usize,
     /// Every place whose likelihood is within so many nats of the best one's is found.
     pub keep_nats: f64,
     /// Way between two looks that only make sure, metres.
@@ -206,13 +208,14 @@ impl Default for LookOptions {
     fn default() -> Self {
         Self {
             way_m: 8.0,
-            rays: 48,
+            rays: 192,
+            estimated_rays: 48,
             keep_nats: 10.0,
-            every_m: 15.0,
+            every_m: 20.0,
             doubt_nats: 0.4,
             particles: 50_000,
             scale_sigmas: 2.5,
-            scored_most: 400_000,
+            scored_most: 500_000,
         }
     }
 }
@@ -224,8 +227,8 @@ const FLOOR_WITHIN_M: f64 = 4.0;
 pub(crate) const SCALE_STEP: f64 = 0.03;
 /// Groups that are looked into between two raises of the bar.
 const BATCH: usize = 8;
-/// How much worse than its best member the middle of a group may be, nats.
-const GROUP_SLACK_NATS: f32 = 8.0;
+/// How much worse than its best member the middle of a group may be, nats, and how much worse some of the sightings may say it is.
+const GROUP_SLACK_NATS: f32 = 8.0 + sweep::SAMPLING_NATS;
 /// Rounds in which groups are estimated, and places that are tried after each, to raise the bar.
 const ROUNDS: usize = 8;
 const PROBES: usize = 64;
@@ -311,17 +314,22 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
     let groups = groups(&scales);
     let keep = options.keep_nats as f32;
     let (mut tops, mut bar): (Vec<(f32, usize, usize)>, f32) = (Vec::new(), f32::MIN);
+    let (mut probes, mut better): (Vec<Leaf>, f32) = (Vec::new(), 0.0);
     // A few groups from everywhere set the bar that spares most of the work in the others.
     for first in 0..ROUNDS {
         let round: Vec<usize> = (first..groups.len()).step_by(ROUNDS).collect();
         let best = |i: &usize| {
-            let (nats, cell) = sweep.best(&lanes, groups[*i][0], bar - GROUP_SLACK_NATS);
+            let (nats, cell) = sweep.best(&lanes, groups[*i][0], bar - better - GROUP_SLACK_NATS);
             (nats, cell, *i)
         };
         let mut found: Vec<_> = round.par_iter().map(best).filter(|(nats, _, _)| *nats > f32::NEG_INFINITY).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
-        let probes: Vec<f32> = found.par_iter().take(PROBES).map(|(_, cell, i)| sweep.climb(*cell, groups[*i][0])).collect();
-        bar = probes.into_iter().map(|nats| nats - keep).fold(bar, f32::max);
+        let probe = |found: &(f32, usize, usize)| sweep.climb(found.1, groups[found.2][0]);
+        probes.extend(found.par_iter().take(PROBES).filter_map(probe).collect::<Vec<_>>());
+        probes.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+        probes.truncate(PROBES);
+        bar = probes.first().map_or(bar, |best| best.nats - keep);
+        better = better_than_estimated(&sweep, &probes);
         tops.extend(found);
     }
     tops.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
@@ -333,16 +341,17 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
     for batch in tops.chunks(BATCH) {
         let near: Vec<(usize, Vec<usize>)> = batch
             .par_iter()
-            .filter(|(nats, _, _)| *nats >= bar - GROUP_SLACK_NATS)
-            .map(|(_, _, i)| (*i, sweep.promising(&lanes, groups[*i][0], bar - GROUP_SLACK_NATS)))
+            .filter(|(nats, _, _)| *nats >= bar - better - GROUP_SLACK_NATS)
+            .map(|(_, _, i)| (*i, sweep.promising(&lanes, groups[*i][0], bar - better - GROUP_SLACK_NATS)))
             .collect();
         let pairs: Vec<_> = near.iter().flat_map(|(i, near)| groups[*i].iter().map(move |pair| (*pair, near))).collect();
-        let asked: Vec<_> = pairs.par_iter().map(|(pair, near)| (*pair, sweep.candidates(near, *pair, bar, options.scored_most))).collect();
+        let asked: Vec<_> =
+            pairs.par_iter().map(|(pair, near)| (*pair, sweep.candidates(near, *pair, bar - better, options.scored_most))).collect();
         looked.scored += asked.iter().map(|(_, cells)| cells.len()).sum::<usize>();
         if looked.scored > options.scored_most {
             return None;
         }
-        let found: Vec<Vec<Leaf>> = asked.par_iter().map(|(pair, cells)| sweep.leaves(cells, *pair, bar)).collect();
+        let found: Vec<Vec<Leaf>> = asked.par_iter().map(|(pair, cells)| sweep.leaves(cells, *pair, bar, better)).collect();
         for leaves in found {
             let best = leaves.iter().map(|l| l.nats).fold(f32::NEG_INFINITY, f32::max);
             bar = bar.max(best - keep);
@@ -355,6 +364,12 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
         sweep.to_end(leaf);
     }
     Some(looked)
+}
+
+/// By how much good places score better with all sightings than with those that the estimate takes.
+fn better_than_estimated(sweep: &Sweep<'_>, probes: &[Leaf]) -> f32 {
+    let some = &probes[..probes.len().min(PROBES / 4)];
+    some.iter().map(|probe| sweep.better_than_estimated(probe)).sum::<f32>() / some.len().max(1) as f32
 }
 
 fn scales(prior: &ScalePrior, sigmas: f64) -> Vec<f64> {
@@ -422,24 +437,40 @@ mod tests {
         LocateOptions::new(Seed(1), ScalePrior { metres_per_unit: 1.0, relative_sigma })
     }
 
-    #[test]
-    fn nothing_that_scores_is_skipped() {
-        let (plan, options) = (plan(), options(0.03));
+    /// Scores of what a look finds whose estimate takes so many of the 40 sightings, and of all there is, every cell, heading and
+    /// scale asked one by one; best first. And the share of cells that the look scored.
+    fn found_and_all(estimated_rays: usize) -> (Vec<f32>, Vec<f32>, f64) {
+        let (plan, mut options) = (plan(), options(0.03));
+        options.look.estimated_rays = estimated_rays;
         let walls = Walls::new(&plan, options.ground);
         let scorer = Scorer::new(&options.sightings, &walls);
         let atlas = Atlas::new(&plan, &walls);
         let scene = scene(&walls, 1.03);
         let looked = look(&atlas, &walls, &scorer, &scene, &options).unwrap();
-        let best = looked.leaves[0].nats;
-        let bar = best - options.look.keep_nats as f32;
-        // Every cell, heading and scale, one by one.
+        let found: Vec<f32> = looked.leaves.iter().map(|leaf| leaf.nats).collect();
+        let bar = found[0] - options.look.keep_nats as f32;
         let sweep = Sweep::new(&atlas, &walls, &scorer, &scene, &options);
         let scales = scales(&options.scale, options.look.scale_sigmas);
         let pairs: Vec<(usize, f64)> = scales.iter().flat_map(|s| (0..horizon::DIRECTIONS).map(move |k| (k, *s))).collect();
-        let all: usize = pairs.par_iter().map(|pair| sweep.every_leaf(*pair, bar)).sum();
-        assert!(all > 10 && looked.leaves.len() == all, "{} of {all} found", looked.leaves.len());
+        let mut all: Vec<f32> = pairs.par_iter().flat_map_iter(|pair| sweep.every_score(*pair, bar)).collect();
+        all.sort_by(|a, b| b.total_cmp(a));
+        (found, all, looked.scored as f64 / looked.cells as f64)
+    }
+
+    #[test]
+    fn nothing_that_scores_is_skipped() {
+        let (found, all, scored) = found_and_all(40);
+        assert!(all.len() > 10 && found == all, "{} of {} found", found.len(), all.len());
         // Most is never scored.
-        assert!(looked.scored * 20 < looked.cells, "{} of {} scored", looked.scored, looked.cells);
+        assert!(scored < 0.05, "{scored}");
+    }
+
+    #[test]
+    fn an_estimate_from_half_of_the_sightings_skips_none_of_the_good_places() {
+        let (found, all, _) = found_and_all(20);
+        let good = |nats: &[f32]| nats.iter().filter(|n| **n >= all[0] - 5.0).count();
+        // Chance takes some of those that are worse.
+        assert!(good(&found) == good(&all) && found.len() * 4 > all.len() * 3, "{found:?} of {all:?}");
     }
 
     #[test]
