@@ -10,6 +10,8 @@
 //! spans) were tried on a real plan: 85 nats too kind, where random places are 70 to 90 worse than the truth, they ruled out
 //! nothing. The estimate errs by about 3 nats; [`sweep::SLACK_NATS`] and [`GROUP_SLACK_NATS`] leave room for that, and a test asks
 //! every cell one by one. What is skipped is by [`LookOptions::keep_nats`] worse than the best place.
+//! The estimate takes some of the sightings, the score four times as many: along corridors, where these fall decides which door
+//! one is at. [`sweep::SAMPLING_NATS`] are left for the difference.
 //! Pitfall: the window must be stiff; over tens of metres odometry drifts, and no rigid placement fits.
 
 mod horizon;
@@ -192,8 +194,8 @@ pub struct LookOptions {
     pub keep_nats: f64,
     /// Way between two looks that only make sure, metres.
     pub every_m: f64,
-    /// Nats a sighting, averaged over the last few metres, under which the place is doubted and looked for anew. See
-    /// [`crate::VerdictOptions::gain_nats`] for what the truth has.
+    /// Nats a sighting of which what is seen falls short, summed up along the way, until the place is doubted and looked for anew.
+    /// See [`crate::VerdictOptions::gain_nats`] for what the truth has.
     pub doubt_nats: f64,
     /// Particles that one look puts in, at most.
     pub particles: usize,
