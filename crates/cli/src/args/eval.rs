@@ -21,7 +21,8 @@ pub struct EvalArgs {
     /// Frame of the truth: body, or camera (x right, y down, z forward) [default: body; camera for KITTI]
     #[arg(long, value_name = "FRAME")]
     pub truth_frame: Option<PosesFrame>,
-    /// Times of KITTI poses, seconds, one a line [default: TRUTH_times.txt or times.txt beside the truth, else 10 Hz]
+    /// Times of KITTI poses, seconds, one a line [default: TRUTH_times.txt or times.txt beside the truth, else 10 Hz]; of a
+    /// robot's corrected log: the raw log of the same drive, whose scans say when
     #[arg(long, value_name = "FILE")]
     pub truth_times: Option<PathBuf>,
     /// Format of a trajectory file [default: by content]

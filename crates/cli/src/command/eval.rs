@@ -109,8 +109,8 @@ fn read_truth(args: &EvalArgs) -> Result<PosesFile, Failure> {
     let Some(times) = &args.truth_times else { return trajectory::read(&args.truth, &options).map_err(refused) };
     std::fs::metadata(times).map_err(|why| Failure::input("the times", why, times))?;
     let truth = trajectory::read_with_times(&args.truth, &options, times).map_err(refused)?;
-    if truth.format != PosesFormat::Kitti {
-        return Err(Failure::usage("--truth-times is for KITTI poses; this truth carries its own times"));
+    if !matches!(truth.format, PosesFormat::Kitti | PosesFormat::Carmen) {
+        return Err(Failure::usage("--truth-times is for KITTI poses and robots' corrected logs; this truth carries its own times"));
     }
     Ok(truth)
 }

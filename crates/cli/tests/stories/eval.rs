@@ -132,6 +132,23 @@ fn kitti_files_take_the_truths_times_and_agree_with_evo() {
 }
 
 #[test]
+fn a_robots_corrected_log_takes_the_times_of_its_raw_one() {
+    let dir = folder();
+    let scan = |i: usize, x: f64, t: f64| format!("FLASER 2 {i}.25 2.5 {x} 0 0 {x} 0 0 {t} h 0\n");
+    let log = |name: &str, shift: f64, rate: f64| {
+        file(dir.path(), name, &(0..30).map(|i| scan(i, shift + 0.1 * i as f64, 100.0 + rate * i as f64)).collect::<String>())
+    };
+    let (raw, corrected) = (log("raw.clf", 0.0, 0.5), log("corrected.log", 3.0, 0.0));
+    let answer = (0..30).map(|i| format!("{} {} 0 0 0 0 0 1\n", 0.5 * f64::from(i), 0.1 * f64::from(i))).collect::<String>();
+    let answer = file(dir.path(), "mine.tum", &answer);
+    eval(&answer, &corrected).args(["--align", "se2", "--quiet", "--truth-times"]).arg(&raw).assert().success();
+    let odometry = scores(dir.path()).odometry.unwrap();
+    assert!(odometry.compared == 30 && odometry.ate_m.rmse < 1e-9, "{odometry:?}");
+    let other = file(dir.path(), "other.clf", &(40..70).map(|i| scan(i, 0.0, i as f64)).collect::<String>());
+    assert!(failure(eval(&answer, &corrected).arg("--truth-times").arg(&other), 4).contains("0 of 30 corrected scans"));
+}
+
+#[test]
 fn times_given_for_kitti_poses_must_be_theirs() {
     let dir = folder();
     let lines = |scale: f64| (0..30).map(|i| format!("1 0 0 {} 0 1 0 0 0 0 1 {i}\n", scale * f64::from(i * i))).collect::<String>();

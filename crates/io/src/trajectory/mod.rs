@@ -250,10 +250,11 @@ pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError
     read_timed(path, options, &rows::Times::beside(path))
 }
 
-/// As [`read`], but KITTI poses take their times from this file: a time in seconds a line, as many as there are poses.
+/// As [`read`], but the times are in this file: of KITTI poses a time in seconds a line, as many as there are poses; of a robot's
+/// corrected log the raw log in which the same scans stand ([`stamps_by_scan`]). Other formats carry their own.
 ///
 /// # Errors
-/// [`PosesError`], with the line; [`PosesError::TimesMismatch`].
+/// [`PosesError`], with the line; [`PosesError::TimesMismatch`], [`PosesError::OtherScans`].
 pub fn read_with_times(path: &Path, options: &PosesOptions, times: &Path) -> Result<PosesFile, PosesError> {
     read_timed(path, options, &rows::Times::Given(times.to_owned()))
 }
@@ -266,6 +267,9 @@ fn read_timed(path: &Path, options: &PosesOptions, times: &rows::Times) -> Resul
         Some(format) => format,
         None => detect::format_of(&text)?,
     };
+    if let (PosesFormat::Carmen, rows::Times::Given(raw)) = (format, times) {
+        return stamps_by_scan(path, raw);
+    }
     let mut notes = Vec::new();
     let mut faces = true;
     let poses = match format {
