@@ -46,7 +46,8 @@ pub fn filmstrip(clouds: &[ParticleCloud]) -> Vec<ParticleCloud> {
 fn drop_dullest(clouds: &mut Vec<ParticleCloud>) {
     let span_s = clouds.first().zip(clouds.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp)).max(1e-9);
     let news = |a: &ParticleCloud, b: &ParticleCloud| {
-        let size = |c: &ParticleCloud| (c.area_m2.max(0.25)).ln();
+        // Whatever is smaller is one dot in a panel.
+        let size = |c: &ParticleCloud| (c.area_m2.max(4.0)).ln();
         let modes = (a.modes as f64 + 1.0).ln() - (b.modes as f64 + 1.0).ln();
         (size(a) - size(b)).abs() + modes.abs() + f64::from(u8::from(a.status != b.status)) + 3.0 * b.stamp.secs_since(a.stamp) / span_s
     };

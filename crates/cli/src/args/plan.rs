@@ -34,7 +34,7 @@ Furniture is not on the plan and does not count.")]
 /// Arguments of `plan info`.
 #[derive(Debug, Args)]
 pub struct PlanInfoArgs {
-    /// Floor plan: an image, or a ROS map.yaml
+    /// Floor plan: an image, a ROS map.yaml, GeoJSON, or a CSV of walls x0,y0,x1,y1[,kind]
     #[arg(value_name = "PLAN")]
     pub plan: PathBuf,
     /// Metres in a pixel of the plan's image

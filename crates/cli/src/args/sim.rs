@@ -42,7 +42,7 @@ pub struct SimArgs {
     /// Its width and depth, metres
     #[arg(long, value_name = "W,D", value_parser = pair, conflicts_with = "plan")]
     pub size: Option<(f64, f64)>,
-    /// A plan that is built as it is drawn, instead of a generated building: an image, or a ROS map.yaml
+    /// A plan that is built as it is drawn, instead of a generated building: an image, a ROS map.yaml, GeoJSON or a CSV of walls
     #[arg(long, value_name = "PLAN")]
     pub plan: Option<PathBuf>,
     /// Metres in a pixel of the plan's image
