@@ -26,6 +26,8 @@ use crate::walls::{GroundCosts, Walls};
 const UNIT_CHANGED: f64 = 0.05 * 0.05;
 /// Particles that say what the best mode makes of what is seen: their mean is good to a few hundredths of a nat.
 const GAIN_FROM: usize = 512;
+/// Width of a bin of the logarithm of scale.
+const SCALE_BIN: f64 = 0.1;
 /// A cloud above this size waits twice as long between updates.
 const LARGE: usize = 200_000;
 
@@ -515,7 +517,7 @@ impl<'a> Localizer<'a> {
     }
 
     fn resample(&mut self, seed: Seed) {
-        let wanted = (self.options.particles_per_bin * self.modes.filled_bins) as usize;
+        let wanted = (self.options.particles_per_bin * self.modes.filled_bins * self.scale_bins()) as usize;
         let least = self.options.particles_min.max(1);
         let count = wanted.clamp(least, self.cloud.len().max(least));
         self.parents = self.cloud.resample_systematic(count, seed);
@@ -528,6 +530,18 @@ impl<'a> Localizer<'a> {
         self.cloud.roughen(&by, &self.options.scale, seed);
         self.steady_turn.roughen(&mut self.cloud.drift, seed);
         self.roughened = Some(by);
+    }
+
+    /// Over how many bins of scale a place spreads. One where looks bring back what was thinned out; where none will, scale is a
+    /// dimension like the others: along a straight corridor any scale fits, and which is right shows at its end.
+    fn scale_bins(&self) -> f64 {
+        if self.options.relocalise {
+            return 1.0;
+        }
+        let mass: f64 = self.modes.modes.iter().map(|m| m.mass).sum();
+        let sigma = self.modes.modes.iter().map(|m| m.mass * m.log_scale_sigma).sum::<f64>() / mass.max(f64::MIN_POSITIVE);
+        // What spreads evenly has a standard deviation of its width over √12.
+        (sigma * 12f64.sqrt() / SCALE_BIN).max(1.0)
     }
 
     /// What is known now.

@@ -8,10 +8,10 @@
 //! ([`sweep`]), for 64 cells at a time.
 //! Departs from the sources in that the estimate is not a strict bound. Strict ones (nearest and farthest wall over all that a cell
 //! spans) were tried on a real plan: 85 nats too kind, where random places are 70 to 90 worse than the truth, they ruled out
-//! nothing. The estimate errs by about 3 nats; [`sweep::SLACK_NATS`] and [`GROUP_SLACK_NATS`] leave room for that, and a test asks
+//! nothing. The estimate errs by about 3 nats; [`sweep::SLACK_NATS`] and [`Sweep::group_slack_nats`] leave room for that, and a test asks
 //! every cell one by one. What is skipped is by [`LookOptions::keep_nats`] worse than the best place.
 //! The estimate takes some of the sightings, the score four times as many: along corridors, where these fall decides which door
-//! one is at. [`sweep::SAMPLING_NATS`] are left for the difference.
+//! one is at. The difference is estimated as that of any sample, and room is left for it.
 //! Pitfall: the window must be stiff; over tens of metres odometry drifts, and no rigid placement fits.
 
 mod horizon;
@@ -229,8 +229,6 @@ const FLOOR_WITHIN_M: f64 = 4.0;
 pub(crate) const SCALE_STEP: f64 = 0.03;
 /// Groups that are looked into between two raises of the bar.
 const BATCH: usize = 8;
-/// How much worse than its best member the middle of a group may be, nats, and how much worse some of the sightings may say it is.
-const GROUP_SLACK_NATS: f32 = 8.0 + sweep::SAMPLING_NATS;
 /// Rounds in which groups are estimated, and places that are tried after each, to raise the bar.
 const ROUNDS: usize = 8;
 const PROBES: usize = 64;
@@ -314,14 +312,14 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
     let sweep = Sweep::new(atlas, walls, scorer, scene, all);
     let lanes = sweep.lanes();
     let groups = groups(&scales);
-    let keep = options.keep_nats as f32;
+    let (keep, slack) = (options.keep_nats as f32, sweep.group_slack_nats());
     let (mut tops, mut bar): (Vec<(f32, usize, usize)>, f32) = (Vec::new(), f32::MIN);
     let (mut probes, mut better): (Vec<Leaf>, f32) = (Vec::new(), 0.0);
     // A few groups from everywhere set the bar that spares most of the work in the others.
     for first in 0..ROUNDS {
         let round: Vec<usize> = (first..groups.len()).step_by(ROUNDS).collect();
         let best = |i: &usize| {
-            let (nats, cell) = sweep.best(&lanes, groups[*i][0], bar - better - GROUP_SLACK_NATS);
+            let (nats, cell) = sweep.best(&lanes, groups[*i][0], bar - better - slack);
             (nats, cell, *i)
         };
         let mut found: Vec<_> = round.par_iter().map(best).filter(|(nats, _, _)| *nats > f32::NEG_INFINITY).collect();
@@ -343,8 +341,8 @@ pub(crate) fn look(atlas: &Atlas, walls: &Walls, scorer: &Scorer, scene: &Scene,
     for batch in tops.chunks(BATCH) {
         let near: Vec<(usize, Vec<usize>)> = batch
             .par_iter()
-            .filter(|(nats, _, _)| *nats >= bar - better - GROUP_SLACK_NATS)
-            .map(|(_, _, i)| (*i, sweep.promising(&lanes, groups[*i][0], bar - better - GROUP_SLACK_NATS)))
+            .filter(|(nats, _, _)| *nats >= bar - better - slack)
+            .map(|(_, _, i)| (*i, sweep.promising(&lanes, groups[*i][0], bar - better - slack)))
             .collect();
         let pairs: Vec<_> = near.iter().flat_map(|(i, near)| groups[*i].iter().map(move |pair| (*pair, near))).collect();
         let asked: Vec<_> =
