@@ -90,8 +90,8 @@ pub struct Ambiguity {
     pub pitch_m: f64,
 }
 
-/// A pose is elsewhere when it is farther than this from the true one, …
-const ELSEWHERE_M: f64 = 1.0;
+/// A pose is elsewhere when it is farther than this from the true one (what the verdict still calls one place), …
+const ELSEWHERE_M: f64 = 3.0;
 /// … or turned by more than this, radians.
 const ELSEWHERE_RAD: f64 = 0.35;
 /// Metres between two looks.
