@@ -5,7 +5,7 @@
 //! Coarse to fine over four dimensions (x, y, heading, scale), as correlative scan matching does it over three (Olson 2009; Hess
 //! et al. 2016). Every third heading and scale sets the bar; groups of nine that come near it are gone through; and only cells
 //! that may reach it are scored, ray by ray, until that is decided. The estimate of a cell is a sum of looked-up losses
-//! ([`sweep`]), for 64 cells at a time.
+//! ([`sweep`]), for 32 cells at a time.
 //! Departs from the sources in that the estimate is not a strict bound. Strict ones (nearest and farthest wall over all that a cell
 //! spans) were tried on a real plan: 85 nats too kind, where random places are 70 to 90 worse than the truth, they ruled out
 //! nothing. The estimate errs by about 3 nats; [`sweep::SLACK_NATS`] and [`Sweep::group_slack_nats`] leave room for that, and a test asks
