@@ -16,6 +16,7 @@ use crate::calibrate::Calibration;
 use crate::drift::UNIT_RAD;
 use crate::filter::{Localizer, carry};
 use crate::history::{Generation, NO_PARENT};
+use crate::look::evenly;
 use crate::modes::weighted_quantile;
 use crate::motion::{Motion, NoiseFloor, uniform};
 use crate::particles::Roughening;
@@ -82,7 +83,7 @@ fn backward(localizer: &Localizer<'_>, mode: usize, trajectories: usize) -> (Vec
     let seed = localizer.options.seed.child("backward", mode as u64);
     let mut nodes: Vec<Node> = ends.into_iter().map(|i| Node::of(last, i)).collect();
     let mut walk = vec![summarise(&nodes)];
-    let kept: Vec<usize> = (0..DRAWS).map(|k| (2 * k + 1) * nodes.len() / (2 * DRAWS)).collect();
+    let kept: Vec<usize> = evenly(DRAWS, nodes.len()).collect();
     let mut draws: Vec<Vec<Vector4<f64>>> = kept.iter().map(|i| vec![Vector4::from(nodes[*i].state)]).collect();
     for g in (1..generations.len()).rev() {
         let (before, here) = (&generations[g - 1], &generations[g]);

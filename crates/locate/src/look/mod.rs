@@ -21,7 +21,7 @@ mod window;
 
 use horizon::Horizon;
 pub(crate) use watch::{Due, Watch};
-pub(crate) use window::{Scene, Window, way_of};
+pub(crate) use window::{Scene, Window, evenly, way_of};
 
 use planwalk_types::{FloorPlan, Hypothesis, Path, PlanPose, ScaleEstimate, Seed, Sighting};
 use rayon::prelude::*;

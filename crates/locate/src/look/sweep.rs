@@ -3,7 +3,7 @@
 use planwalk_types::wrap_angle;
 
 use super::horizon::{self, DIRECTIONS, Horizon, LANES, REACH_M, UNIT_M};
-use super::window::Scene;
+use super::window::{Scene, evenly};
 use super::{Atlas, Leaf};
 use crate::filter::LocateOptions;
 use crate::likelihood::{Ray, Scorer, SightingModel, View};
@@ -99,7 +99,7 @@ impl<'a> Sweep<'a> {
             Bearing { from, angle: libm::atan2(dy, dx), range: dx.hypot(dy), sigma, is_way }
         };
         let take = scene.rays.len().min(options.look.estimated_rays);
-        let some: Vec<usize> = (0..take).map(|i| (2 * i + 1) * scene.rays.len() / (2 * take)).collect();
+        let some: Vec<usize> = evenly(take, scene.rays.len()).collect();
         let of = |i: &usize| bearing(scene.rays[*i].from, scene.rays[*i].to, scene.rays[*i].sigma, false);
         let mut rays: Vec<Bearing> = some.iter().map(of).collect();
         // Bits of the same scene lie next to each other: spread, so that the first few already tell.

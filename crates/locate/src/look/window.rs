@@ -89,10 +89,14 @@ impl Window {
             })
         });
         let all: Vec<Ray> = all.collect();
-        let take = all.len().min(most);
-        let rays = (0..take).map(|i| all[(2 * i + 1) * all.len() / (2 * take)]).collect();
+        let rays = evenly(all.len().min(most), all.len()).map(|i| all[i]).collect();
         Some(Scene { rays, way, to_end, counted })
     }
+}
+
+/// `count` indices, evenly over `of`.
+pub(crate) fn evenly(count: usize, of: usize) -> impl Iterator<Item = usize> {
+    (0..count).map(move |i| (2 * i + 1) * of / (2 * count))
 }
 
 /// Way that an update counts for. Turning on the spot counts too: whoever only turns must not fill the memory.
