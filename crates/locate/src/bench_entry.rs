@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 use planwalk_types::{FloorPlan, Path, PlanError, Pt2, Seed, Sighting, Stamp, Step, Wall};
 
-use crate::filter::LocateOptions;
+use crate::options::LocateOptions;
 use crate::likelihood::{Ray, Scorer};
 use crate::motion::Motion;
 use crate::particles::{Particles, Roughening};

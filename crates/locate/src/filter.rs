@@ -10,17 +10,18 @@ use nalgebra::{Matrix3, Vector3};
 use planwalk_types::{Estimate, FloorPlan, PlanPose, Pt2, ScaleEstimate, Seed, Sighting, Stamp, Status, Step, wrap_angle};
 
 use crate::LocateError;
-use crate::drift::{HeadingDrift, SteadyTurn};
+use crate::drift::SteadyTurn;
 use crate::history::{History, NO_PARENT};
-use crate::likelihood::{Pending, Scorer, SightingModel, View};
-use crate::look::{Due, Leaf, LookOptions, Looks, SCALE_STEP, Watch, Window, way_of};
+use crate::likelihood::{Pending, Scorer, View};
+use crate::look::{Due, Leaf, Looks, SCALE_STEP, Watch, Window, way_of};
 use crate::modes::{Bins, Modes};
-use crate::motion::{Motion, NoiseFloor};
+use crate::motion::Motion;
+use crate::options::LocateOptions;
 use crate::particles::{Particles, Roughening};
 use crate::predict::predict_and_weigh;
-use crate::prior::{self, ScalePrior, StartPrior};
-use crate::verdict::{Evidence, VerdictOptions, verdict};
-use crate::walls::{GroundCosts, Walls};
+use crate::prior::{self, ScalePrior};
+use crate::verdict::{Evidence, verdict};
+use crate::walls::Walls;
 
 /// Variance of the logarithm of the odometry's unit over which the cloud must spread its scales at once: 5 %.
 const UNIT_CHANGED: f64 = 0.05 * 0.05;
@@ -30,111 +31,6 @@ const GAIN_FROM: usize = 512;
 const SCALE_BIN: f64 = 0.1;
 /// A cloud above this size waits twice as long between updates.
 const LARGE: usize = 200_000;
-
-/// Options of [`Localizer`] and [`crate::localize`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct LocateOptions {
-    /// Where chance comes from.
-    pub seed: Seed,
-    /// Where the walk begins, if somebody knows.
-    pub start: Option<StartPrior>,
-    /// Metres in a unit of odometry.
-    pub scale: ScalePrior,
-    /// Noise that every odometry is taken to have at least.
-    pub noise_floor: NoiseFloor,
-    /// How much the scale of odometry drifts: standard deviation of its logarithm per √m walked. It is drawn back to
-    /// [`LocateOptions::scale`], so that drift and pull balance at the prior's own spread.
-    pub scale_drift_per_sqrt_m: f64,
-    /// How much its heading may drift.
-    pub heading_drift: HeadingDrift,
-    /// How sightings score.
-    pub sightings: SightingModel,
-    /// What ground costs that is no floor.
-    pub ground: GroundCosts,
-    /// Probability that a walk goes through what the plan calls a wall: planned and not built, or a door drawn shut.
-    pub leak: f64,
-    /// Particles for each square metre of floor at an unknown start: all headings and scales share them.
-    pub particles_per_m2: f64,
-    /// Fewest particles, once the place is clear.
-    pub particles_min: usize,
-    /// Most particles.
-    pub particles_max: usize,
-    /// Particles for each filled bin (0.5 m, 0.5 m, 15°) that resampling keeps: the number falls as the cloud gathers.
-    pub particles_per_bin: f64,
-    /// The filter updates when the body has moved so far, in metres at the prior's scale …
-    pub update_distance_m: f64,
-    /// … or has turned by so much, radians.
-    pub update_turn_rad: f64,
-    /// Resample when the effective share of particles falls below this.
-    pub resample_below: f64,
-    /// When a place is believed.
-    pub verdict: VerdictOptions,
-    /// Look over the whole plan: at first, now and then, and when what is seen is not explained any more (mixture MCL, Thrun et
-    /// al. 2001; the kidnapped robot). Not where a start was given: whoever says where the walk began is believed before sightings
-    /// that explain little.
-    pub relocalise: bool,
-    /// Most particles at an unknown start where sightings are to come: the first look finds what so few leave out.
-    pub particles_seeing: usize,
-    /// How the whole plan is looked at.
-    pub look: LookOptions,
-    /// Way that [`Localizer`] remembers, metres at the prior's scale; `None` for all of it. A stream without end needs a bound:
-    /// what is forgotten is not smoothed, and not in the answer of [`Localizer::finish`]. What is known now does not change.
-    pub remember_m: Option<f64>,
-    /// Most independent runs over a whole walk whose start is unknown; two that agree on the best place end the search. A
-    /// filter that loses the right place among a million others loses it for good; another one, with other draws, may not.
-    pub attempts: usize,
-}
-
-impl LocateOptions {
-    /// The defaults for this seed and scale, start unknown.
-    pub fn new(seed: Seed, scale: ScalePrior) -> Self {
-        Self {
-            seed,
-            start: None,
-            scale,
-            noise_floor: NoiseFloor::default(),
-            scale_drift_per_sqrt_m: 0.01,
-            heading_drift: HeadingDrift::default(),
-            sightings: SightingModel::default(),
-            ground: GroundCosts::default(),
-            leak: 0.025,
-            particles_per_m2: 3000.0,
-            particles_min: 8_000,
-            particles_max: 1_000_000,
-            particles_per_bin: 20.0,
-            update_distance_m: 0.25,
-            update_turn_rad: 10f64.to_radians(),
-            resample_below: 0.5,
-            verdict: VerdictOptions::default(),
-            relocalise: true,
-            particles_seeing: 150_000,
-            look: LookOptions::default(),
-            remember_m: None,
-            attempts: 3,
-        }
-    }
-
-    pub(crate) fn check(&self, plan: &FloorPlan) -> Result<(), LocateError> {
-        let scale = self.scale;
-        if !(scale.metres_per_unit > 0.0 && scale.metres_per_unit.is_finite() && (0.0..=3.0).contains(&scale.relative_sigma)) {
-            let (metres_per_unit, relative_sigma) = (scale.metres_per_unit, scale.relative_sigma);
-            return Err(LocateError::BadScalePrior { metres_per_unit, relative_sigma });
-        }
-        let Some(start) = &self.start else { return Ok(()) };
-        let finite = [start.x, start.y, start.heading_rad.unwrap_or(0.0)].iter().all(|v| v.is_finite());
-        if !(finite && start.sigma_m >= 0.0 && start.sigma_m.is_finite() && start.sigma_rad >= 0.0 && start.sigma_rad.is_finite()) {
-            return Err(LocateError::BadStart { x: start.x, y: start.y, sigma_m: start.sigma_m, sigma_rad: start.sigma_rad });
-        }
-        let (low, (width, height)) = (plan.origin(), plan.size_m());
-        let (high_x, high_y) = (low.x + width, low.y + height);
-        let off_m = (low.x - start.x).max(start.x - high_x).max(low.y - start.y).max(start.y - high_y);
-        if off_m > self.ground.margin_m + 3.0 * start.sigma_m {
-            let span = [low.x, high_x, low.y, high_y];
-            return Err(LocateError::StartOffPlan { x: start.x, y: start.y, off_m, span });
-        }
-        Ok(())
-    }
-}
 
 /// Where a moment of the path lies between updates.
 #[derive(Debug, Clone, Copy)]
@@ -167,7 +63,7 @@ pub struct FilterView<'a> {
     pub modes: usize,
     /// The verdict.
     pub status: Status,
-    /// See [`VerdictOptions::gain_nats`].
+    /// See [`crate::VerdictOptions::gain_nats`].
     pub gain_nats: f64,
 }
 
@@ -199,6 +95,8 @@ pub struct Localizer<'a> {
     unit_variance: f64,
     /// The plan prepared for looks, and those made so far.
     pub(crate) looks: Looks,
+    /// What the last update makes look over the whole plan, and the chance of it.
+    due: Option<(Due, Seed)>,
     /// Mean and standard deviation of the log scale when the place was believed last.
     known_scale: Option<(f64, f64)>,
     /// Way since something was seen, the odometry's unit.
@@ -265,6 +163,7 @@ impl<'a> Localizer<'a> {
             since_resampling_m: 0.0,
             unit_variance: 0.0,
             looks: Looks::default(),
+            due: None,
             known_scale: None,
             unseen: 0.0,
             remembered_m: 0.0,
@@ -278,6 +177,15 @@ impl<'a> Localizer<'a> {
     ///
     /// A step that is not finite is taken as standing still.
     pub fn push(&mut self, step: &Step, sightings: &[Sighting]) -> Estimate {
+        self.advance(step, sightings);
+        let mut looks = std::mem::take(&mut self.looks);
+        self.look_if_due(&mut looks);
+        self.looks = looks;
+        self.arrive(step.to)
+    }
+
+    /// The first part of [`Localizer::push`]: all but the look over the whole plan, which several filters may share.
+    pub(crate) fn advance(&mut self, step: &Step, sightings: &[Sighting]) {
         if self.moments.is_empty() {
             self.moments.push(Moment { stamp: step.from, generation: 0, since: Motion::none() });
             let first = self.estimate(step.from);
@@ -296,8 +204,19 @@ impl<'a> Localizer<'a> {
         if far || self.window.turned_rad >= patience * self.options.update_turn_rad {
             self.update();
         }
-        self.moments.push(Moment { stamp: step.to, generation: self.history.generations.len() - 1, since: self.window });
-        let estimate = self.estimate(step.to);
+    }
+
+    /// The second: looks over the whole plan if the update asks for it. The plan of `looks` must be this one.
+    pub(crate) fn look_if_due(&mut self, looks: &mut Looks) {
+        if let Some((due, seed)) = self.due.take() {
+            self.look_around(due, seed, looks);
+        }
+    }
+
+    /// The last: what is known at this moment.
+    pub(crate) fn arrive(&mut self, stamp: Stamp) -> Estimate {
+        self.moments.push(Moment { stamp, generation: self.history.generations.len() - 1, since: self.window });
+        let estimate = self.estimate(stamp);
         self.estimates.push(estimate.clone());
         estimate
     }
@@ -323,12 +242,15 @@ impl<'a> Localizer<'a> {
         }
     }
 
-    /// Takes in what is left since the last update; the last moment's estimate then knows it too.
-    pub(crate) fn flush(&mut self) {
-        if self.window == Motion::none() && self.pending.is_empty() {
-            return;
+    /// Takes in what is left since the last update.
+    pub(crate) fn advance_rest(&mut self) {
+        if self.window != Motion::none() || !self.pending.is_empty() {
+            self.update();
         }
-        self.update();
+    }
+
+    /// After [`Localizer::advance_rest`]: the last moment's estimate then knows that too.
+    pub(crate) fn arrive_at_end(&mut self) {
         let generation = self.history.generations.len() - 1;
         let Some(moment) = self.moments.last_mut() else { return };
         *moment = Moment { stamp: moment.stamp, generation, since: Motion::none() };
@@ -380,9 +302,7 @@ impl<'a> Localizer<'a> {
         if few || self.unit_variance > UNIT_CHANGED || due.is_some() {
             self.resample(seed);
         }
-        if let Some(due) = due {
-            self.look_around(due, seed);
-        }
+        self.due = due.map(|due| (due, seed));
         self.updates += 1;
         self.forget(&motion);
     }
@@ -424,12 +344,12 @@ impl<'a> Localizer<'a> {
     }
 
     /// Looks over the whole plan for places that explain the last metres, and gives them a share of the cloud.
-    fn look_around(&mut self, due: Due, seed: Seed) {
+    fn look_around(&mut self, due: Due, seed: Seed, looks: &mut Looks) {
         let (look_options, metres_per_unit) = (self.options.look, self.options.scale.metres_per_unit);
         let way_m = self.watch.way_m(&look_options);
         let Some(scene) = self.near_past.scene(way_m, metres_per_unit, look_options.rays) else { return };
         let options = self.options_of_look(due);
-        let Some(looked) = self.looks.look((self.plan, &self.walls, &self.scorer), scene, &options) else {
+        let Some(looked) = looks.look((self.plan, &self.walls, &self.scorer), scene, &options) else {
             return self.watch.unclear();
         };
         self.watch.told();

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::banded::{Chain, Covariances};
 use crate::calibrate::{Calibration, Grouped};
 use crate::faces::Field;
-use crate::filter::LocateOptions;
+use crate::options::LocateOptions;
 use crate::likelihood::Ray;
 use crate::motion::Motion;
 use crate::smooth::{Smoothed, radius95};

@@ -13,7 +13,7 @@ use crate::approx;
 use crate::cast::BLOCK;
 use crate::chance::Chance;
 use crate::drift::UNIT_RAD;
-use crate::filter::LocateOptions;
+use crate::options::LocateOptions;
 use crate::likelihood::View;
 use crate::motion::{Motion, MoveSampler};
 use crate::particles::{CHUNK, Particles};

@@ -13,9 +13,10 @@ use rayon::prelude::*;
 
 use crate::LocateError;
 use crate::chance::Chance;
-use crate::filter::{LocateOptions, carry};
+use crate::filter::carry;
 use crate::modes::{Bins, Modes};
 use crate::motion::{Motion, MoveSampler, NoiseFloor};
+use crate::options::LocateOptions;
 use crate::particles::{CHUNK, Particles, wrapped};
 use crate::prior::{self, ScalePrior, StartPrior};
 use crate::run::{HYPOTHESES_MAX, HYPOTHESIS_MIN, Localization, Quality, check};

@@ -3,14 +3,16 @@
 //! Path + sightings ──[`Localizer::push`] for each step──▶ [`Localizer::finish`] ──▶ [`Localization`]
 
 use planwalk_types::{Estimate, FloorPlan, Hypothesis, Path, ScaleEstimate, Sighting, Status, Step};
+use rayon::prelude::*;
 
 use crate::LocateError;
 use crate::attempts::{self, Attempt};
 use crate::contradicted::{self, ContradictedWall};
 use crate::discriminate::{self, Apart};
-use crate::filter::{FilterView, Localizer, LocateOptions};
+use crate::filter::{FilterView, Localizer};
 use crate::likelihood::Explained;
 use crate::look::Looks;
+use crate::options::LocateOptions;
 use crate::smooth::{self, Smoothed};
 
 /// Hypotheses below this share of the mass are not reported, unless none is above it.
@@ -113,14 +115,21 @@ pub fn localize_observed(
     let mut runs: Vec<Attempt> = Vec::new();
     let mut looks = Looks::default();
     while runs.len() < most && !attempts::settled(&runs, &options.verdict) {
-        let index = runs.len();
-        let seed = if index == 0 { options.seed } else { options.seed.child("attempt", index as u64) };
-        let options = LocateOptions { seed, ..options.clone() };
+        let first = runs.len();
+        // Two at least must agree.
+        let last = if first == 0 { most.min(2) } else { first + 1 };
+        let seed_of = |index: usize| if index == 0 { options.seed } else { options.seed.child("attempt", index as u64) };
+        let each: Vec<_> = (first..last).map(|index| LocateOptions { seed: seed_of(index), ..options.clone() }).collect();
         // Two runs are usual; further ones squeeze into what is left of the bar.
-        let (from, to) = (1.0 - 0.5f64.powi(index as i32), if most == 1 { 1.0 } else { 1.0 - 0.5f64.powi(index as i32 + 1) });
+        let done_after = |runs: usize| match runs {
+            0 => 0.0,
+            all if all == most => 1.0,
+            some => 1.0 - 0.25f64.powi(some as i32 - 1),
+        };
+        let (from, to) = (done_after(first), done_after(last));
         let mut share = |done: f64| progress(from + (to - from) * done);
-        let found = run(path, &sightings, plan, &options, &mut looks, &mut share, &mut |view| observer(index, view))?;
-        runs.push(Attempt { index, found });
+        let found = run_together(path, &sightings, plan, &each, &mut looks, &mut share, &mut |run, view| observer(first + run, view))?;
+        runs.extend(found.into_iter().enumerate().map(|(run, found)| Attempt { index: first + run, found }));
     }
     progress(1.0);
     let mut found = attempts::merge(runs, &options.verdict).ok_or(LocateError::EmptyPath { steps: 0 })?;
@@ -130,28 +139,35 @@ pub fn localize_observed(
     Ok(found)
 }
 
-/// One filter over the whole walk; sightings in time order.
-fn run(
+/// A filter each over the whole walk, step by step beside each other; sightings in time order.
+///
+/// A filter that knows its place has too few particles for two threads, two filters have enough. They look in turn, with all
+/// threads: what one looks at, the other asks for at the same step.
+fn run_together(
     path: &Path,
     sightings: &[Sighting],
     plan: &FloorPlan,
-    options: &LocateOptions,
+    options: &[LocateOptions],
     looks: &mut Looks,
     progress: &mut dyn FnMut(f64),
-    observer: &mut dyn FnMut(&FilterView<'_>),
-) -> Result<Localization, LocateError> {
-    let mut localizer = Localizer::new(plan, options)?;
-    localizer.looks = std::mem::take(looks);
+    observer: &mut dyn FnMut(usize, &FilterView<'_>),
+) -> Result<Vec<Localization>, LocateError> {
+    let mut localizers = options.par_iter().map(|options| Localizer::new(plan, options)).collect::<Result<Vec<_>, _>>()?;
     for (index, (step, now)) in with_sightings(path, sightings).enumerate() {
-        let updates = localizer.updates();
-        localizer.push(step, now);
-        if localizer.updates() > updates {
-            observer(&localizer.view());
+        let updates: Vec<u64> = localizers.iter().map(Localizer::updates).collect();
+        localizers.par_iter_mut().for_each(|localizer| localizer.advance(step, now));
+        for localizer in &mut localizers {
+            localizer.look_if_due(looks);
+            localizer.arrive(step.to);
+        }
+        for (run, localizer) in localizers.iter().enumerate().filter(|(run, l)| l.updates() > updates[*run]) {
+            observer(run, &localizer.view());
         }
         progress(0.95 * (index + 1) as f64 / path.steps.len() as f64);
     }
-    *looks = std::mem::take(&mut localizer.looks);
-    localizer.finish()
+    localizers.par_iter_mut().for_each(Localizer::advance_rest);
+    localizers.iter_mut().for_each(|localizer| localizer.look_if_due(looks));
+    localizers.into_par_iter().map(Localizer::answer).collect()
 }
 
 /// Each step with what was seen during it, of sightings in time order (the first step's include those of its start).
@@ -189,10 +205,18 @@ impl Localizer<'_> {
     /// # Errors
     /// [`LocateError::EmptyPath`] when no step was pushed.
     pub fn finish(mut self) -> Result<Localization, LocateError> {
+        self.advance_rest();
+        let mut looks = std::mem::take(&mut self.looks);
+        self.look_if_due(&mut looks);
+        self.answer()
+    }
+
+    /// What the walk was, all of which was taken in.
+    fn answer(mut self) -> Result<Localization, LocateError> {
         if self.moments.is_empty() {
             return Err(LocateError::EmptyPath { steps: 0 });
         }
-        self.flush();
+        self.arrive_at_end();
         let reported = self.modes.modes.iter().filter(|m| m.mass >= HYPOTHESIS_MIN).count().clamp(1, HYPOTHESES_MAX);
         let mut hypotheses = Vec::with_capacity(reported);
         let mut best: Vec<Smoothed> = Vec::new();

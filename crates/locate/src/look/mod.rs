@@ -27,7 +27,7 @@ use planwalk_types::{FloorPlan, Hypothesis, Path, PlanPose, ScaleEstimate, Seed,
 use rayon::prelude::*;
 
 use crate::LocateError;
-use crate::filter::LocateOptions;
+use crate::options::LocateOptions;
 use crate::likelihood::{Pending, Scorer};
 use crate::modes::Bins;
 use crate::motion::{Motion, uniform};

@@ -5,7 +5,7 @@ use planwalk_types::wrap_angle;
 use super::horizon::{self, DIRECTIONS, Horizon, LANES, REACH_M, UNIT_M};
 use super::window::{Scene, evenly};
 use super::{Atlas, Leaf};
-use crate::filter::LocateOptions;
+use crate::options::LocateOptions;
 use crate::likelihood::{Ray, Scorer, SightingModel, View};
 use crate::motion::Motion;
 use crate::prior::ScalePrior;
