@@ -3,9 +3,9 @@
 use nalgebra::Matrix3;
 use planwalk_types::{FloorPlan, Path, PlanError, Pt2, Seed, Sighting, Stamp, Step, Wall};
 
-use crate::options::LocateOptions;
 use crate::likelihood::{Ray, Scorer};
 use crate::motion::Motion;
+use crate::options::LocateOptions;
 use crate::particles::{Particles, Roughening};
 use crate::predict::predict_and_weigh;
 use crate::prior::{self, ScalePrior};
@@ -97,7 +97,7 @@ impl Cloud {
         let forward = 0.475 + 0.225 * libm::sin(1.7 * i);
         let turn_rad = if self.steps % 8 == 7 { 1.5 } else { 0.02 * libm::sin(2.3 * i) };
         let step = Step { from: Stamp(0), to: Stamp(1), forward, left: 0.0, turn_rad, covariance, unit_change: 0.0 };
-        let motion = Motion::none().then(&step, 1.0);
+        let motion = Motion::of(&step, 1.0);
         let seed = self.options.seed.child("step", self.steps);
         let look = |k: usize| {
             let (s, c) = libm::sincos(1.2 * ((k as f64 + 0.5) / rays as f64 - 0.5));

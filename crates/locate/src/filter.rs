@@ -196,7 +196,7 @@ impl<'a> Localizer<'a> {
         for sighting in sightings {
             self.pending.add(sighting, &self.window, &step);
         }
-        self.window = self.window.then(&step, 1.0);
+        self.window = self.window.then(&Motion::of(&step, 1.0));
         self.steady_turn.add(&step, self.options.scale.metres_per_unit);
         // A cloud that covers a floor is too coarse to feel a quarter of a metre.
         let patience = if self.cloud.len() > LARGE { 2.0 } else { 1.0 };

@@ -75,7 +75,7 @@ impl Pending {
         if !(usable && sighting.sigma.is_finite() && sighting.sigma >= 0.0) {
             return;
         }
-        let then = motion.then(step, share_of(step, sighting.stamp));
+        let then = motion.then(&Motion::of(step, share_of(step, sighting.stamp)));
         let (s, c) = libm::sincos(sighting.bearing_rad);
         let from = (then.forward, then.left);
         let to = then.start_from_end(sighting.range * c, sighting.range * s);
@@ -411,7 +411,7 @@ mod tests {
             Step { from: Stamp(0), to: Stamp(100), forward: 1.0, left: 0.0, turn_rad: 0.5, covariance: Matrix3::zeros(), unit_change: 0.0 };
         let mut pending = Pending::default();
         pending.add(&Sighting { stamp: Stamp(100), bearing_rad: 0.3, range: 2.0, sigma: 0.1 }, &Motion::none(), &step);
-        let rays = pending.take(8, &Motion::none().then(&step, 1.0));
+        let rays = pending.take(8, &Motion::of(&step, 1.0));
         let (s, c) = libm::sincos(0.3);
         // Seen at the step's end, it comes back unchanged there.
         assert!((rays[0].to.0 - 2.0 * c).abs() < 1e-12 && (rays[0].to.1 - 2.0 * s).abs() < 1e-12, "{rays:?}");

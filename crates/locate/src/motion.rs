@@ -30,37 +30,16 @@ impl Motion {
         Self { forward: 0.0, left: 0.0, turn_rad: 0.0, covariance: Matrix3::zeros(), length: 0.0, turned_rad: 0.0, unit_variance: 0.0 }
     }
 
-    /// This motion followed by `share` of a step.
-    pub(crate) fn then(&self, step: &Step, share: f64) -> Self {
-        let (forward, left, turn) = (share * step.forward, share * step.left, share * step.turn_rad);
-        let (s, c) = libm::sincos(self.turn_rad);
-        let moved = (c * forward - s * left, s * forward + c * left);
-        #[rustfmt::skip]
-        let by_start = Matrix3::new(
-            1.0, 0.0, -moved.1,
-            0.0, 1.0, moved.0,
-            0.0, 0.0, 1.0,
-        );
-        #[rustfmt::skip]
-        let by_step = Matrix3::new(
-            c, -s, 0.0,
-            s, c, 0.0,
-            0.0, 0.0, 1.0,
-        );
-        let covariance = by_start * self.covariance * by_start.transpose() + by_step * step.covariance * by_step.transpose() * share;
-        Self {
-            forward: self.forward + moved.0,
-            left: self.left + moved.1,
-            turn_rad: self.turn_rad + turn,
-            covariance,
-            length: self.length + forward.hypot(left),
-            turned_rad: self.turned_rad + turn.abs(),
-            unit_variance: self.unit_variance + share * step.unit_change * step.unit_change,
-        }
+    /// The motion of `share` of a step.
+    pub(crate) fn of(step: &Step, share: f64) -> Self {
+        let (forward, left, turn_rad) = (share * step.forward, share * step.left, share * step.turn_rad);
+        let unit_variance = share * step.unit_change * step.unit_change;
+        let covariance = step.covariance * share;
+        Self { forward, left, turn_rad, covariance, length: forward.hypot(left), turned_rad: turn_rad.abs(), unit_variance }
     }
 
     /// This motion followed by another.
-    pub(crate) fn then_motion(&self, next: &Motion) -> Self {
+    pub(crate) fn then(&self, next: &Motion) -> Self {
         let (s, c) = libm::sincos(self.turn_rad);
         let moved = (c * next.forward - s * next.left, s * next.forward + c * next.left);
         let by_start = Matrix3::new(1.0, 0.0, -moved.1, 0.0, 1.0, moved.0, 0.0, 0.0, 1.0);
@@ -188,7 +167,7 @@ mod tests {
     #[test]
     fn composed_steps_are_the_steps_composed() {
         let steps = [step(1.0, 0.1, 0.3), step(0.5, -0.2, -1.0), step(0.2, 0.0, 2.0)];
-        let motion = steps.iter().fold(Motion::none(), |m, s| m.then(s, 1.0));
+        let motion = steps.iter().fold(Motion::none(), |m, s| m.then(&Motion::of(s, 1.0)));
         let pose = steps[0].start_from_end() * steps[1].start_from_end() * steps[2].start_from_end();
         assert!((motion.forward - pose.x).abs() < 1e-12 && (motion.left - pose.y).abs() < 1e-12);
         assert!(wrap_angle(motion.turn_rad - pose.heading_rad).abs() < 1e-12);
@@ -199,7 +178,7 @@ mod tests {
 
     #[test]
     fn drawn_motions_have_the_stated_covariance() {
-        let motion = Motion::none().then(&step(1.0, 0.0, 0.2), 1.0).then(&step(1.0, 0.0, 0.0), 1.0);
+        let motion = Motion::of(&step(1.0, 0.0, 0.2), 1.0).then(&Motion::of(&step(1.0, 0.0, 0.0), 1.0));
         let none = NoiseFloor { length_relative: 0.0, turn_per_sqrt_m_rad: 0.0 };
         let sampler = MoveSampler::new(&motion, &none, 1.0);
         let chance = Chance::new(Seed(3), "test");

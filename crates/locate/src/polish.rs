@@ -16,9 +16,9 @@ use rayon::prelude::*;
 use crate::banded::{Chain, Covariances};
 use crate::calibrate::{Calibration, Grouped};
 use crate::faces::Field;
-use crate::options::LocateOptions;
 use crate::likelihood::Ray;
 use crate::motion::Motion;
+use crate::options::LocateOptions;
 use crate::smooth::{Smoothed, radius95};
 use crate::walls::Walls;
 

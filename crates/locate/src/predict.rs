@@ -13,9 +13,9 @@ use crate::approx;
 use crate::cast::BLOCK;
 use crate::chance::Chance;
 use crate::drift::UNIT_RAD;
-use crate::options::LocateOptions;
 use crate::likelihood::View;
 use crate::motion::{Motion, MoveSampler};
+use crate::options::LocateOptions;
 use crate::particles::{CHUNK, Particles};
 use crate::survival::Survival;
 use crate::walls::Walls;
@@ -231,7 +231,7 @@ mod tests {
     fn motion() -> Motion {
         let covariance = Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 1e-2));
         let step = Step { from: Stamp(0), to: Stamp(1), forward: 0.6, left: 0.1, turn_rad: 0.7, covariance, unit_change: 0.0 };
-        Motion::none().then(&step, 1.0)
+        Motion::of(&step, 1.0)
     }
 
     fn cloud(plan: &FloorPlan, count: usize) -> Particles {

@@ -75,7 +75,7 @@ pub fn localize_by_report(
     let mut estimates = Vec::with_capacity(path.steps.len() + 1);
     estimates.extend(path.steps.first().map(|step| recipe.estimate(step.from)));
     for (index, step) in path.steps.iter().enumerate() {
-        recipe.window = recipe.window.then(step, 1.0);
+        recipe.window = recipe.window.then(&Motion::of(step, 1.0));
         let far = recipe.window.length * options.metres_per_unit >= options.update_distance_m;
         if far || recipe.window.turned_rad >= options.update_turn_rad || index + 1 == path.steps.len() {
             recipe.update();

@@ -181,7 +181,7 @@ impl Truth {
         // As the file has them: the plan's world is not to be turned.
         let options = PosesOptions { frame: Some(PosesFrame::Body), fps: case.fps, ..PosesOptions::default() };
         let file = match &case.truth_scans_of {
-            Some(raw) => planwalk_io::trajectory::stamps_by_scan(&data.join(path), &data.join(raw)),
+            Some(raw) => planwalk_io::trajectory::read_with_times(&data.join(path), &options, &data.join(raw)),
             None => planwalk_io::trajectory::read(&data.join(path), &options),
         }
         .map_err(say("the truth", path))?;

@@ -22,11 +22,10 @@ pub(crate) mod scan;
 mod table;
 
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 pub use rows::times_beside;
-pub use scan::stamps_by_scan;
 
 use planwalk_types::{Body, Odom, Rigid3, Stamp, Trajectory, TrajectoryError};
 
@@ -208,6 +207,14 @@ pub enum PosesError {
         /// Poses there are.
         poses: usize,
     },
+    /// The log that is to give the times cannot be read.
+    #[error("the times are to come from another log, which cannot be read: {why} ({})", path.display())]
+    Times {
+        /// That log.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: Box<PosesError>,
+    },
     /// A log whose clock does not run.
     #[error(
         "{dropped} of {total} lines have stamps that are repeated or go back: this log's clock is of no use; is there another version?"
@@ -251,10 +258,11 @@ pub fn read(path: &Path, options: &PosesOptions) -> Result<PosesFile, PosesError
 }
 
 /// As [`read`], but the times are in this file: of KITTI poses a time in seconds a line, as many as there are poses; of a robot's
-/// corrected log the raw log in which the same scans stand ([`stamps_by_scan`]). Other formats carry their own.
+/// corrected log the raw log in which the same scans stand: a
+/// pose is then the laser's at the stamp of that scan. Other formats carry their own.
 ///
 /// # Errors
-/// [`PosesError`], with the line; [`PosesError::TimesMismatch`], [`PosesError::OtherScans`].
+/// [`PosesError`], with the line; [`PosesError::Times`], [`PosesError::TimesMismatch`], [`PosesError::OtherScans`].
 pub fn read_with_times(path: &Path, options: &PosesOptions, times: &Path) -> Result<PosesFile, PosesError> {
     read_timed(path, options, &rows::Times::Given(times.to_owned()))
 }
@@ -267,9 +275,6 @@ fn read_timed(path: &Path, options: &PosesOptions, times: &rows::Times) -> Resul
         Some(format) => format,
         None => detect::format_of(&text)?,
     };
-    if let (PosesFormat::Carmen, rows::Times::Given(raw)) = (format, times) {
-        return stamps_by_scan(path, raw);
-    }
     let mut notes = Vec::new();
     let mut faces = true;
     let poses = match format {
@@ -277,7 +282,10 @@ fn read_timed(path: &Path, options: &PosesOptions, times: &rows::Times) -> Resul
         PosesFormat::Tum => rows::tum(&text, &mut notes)?,
         PosesFormat::Kitti => rows::kitti(&text, times, &mut notes)?,
         PosesFormat::Euroc => rows::euroc(&text)?,
-        PosesFormat::Carmen => carmen::read(&text, &mut notes)?,
+        PosesFormat::Carmen => match times {
+            rows::Times::Given(raw) => scan::at_raw_stamps(&text, raw, &mut notes)?,
+            _ => carmen::read(&text, &mut notes)?,
+        },
         PosesFormat::Csv => {
             let (poses, has_headings) = table::read(&text, &mut notes)?;
             faces = has_headings;

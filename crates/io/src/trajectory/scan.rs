@@ -4,16 +4,16 @@
 //! to the left, in metres; then the pose of the laser, and the odometry at that moment.
 //! Pitfalls: 180 readings are 1° apart and end at +89°, 181 or 361 reach +90° (with the other reading of 180 the walls of the
 //! Intel lab, drawn by its corrected log in cells of 5 cm, are 8 % fatter). Corrected logs round their stamps to six digits, so
-//! that ten thousand seconds share one: [`stamps_by_scan`] gives them back.
+//! that ten thousand seconds share one: [`at_raw_stamps`] gives them back.
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use planwalk_types::{Rigid3, Stamp, Trajectory};
+use planwalk_types::{Rigid3, Stamp};
 
-use super::{PosesError, PosesFile, PosesFormat, PosesFrame, carmen, rows};
+use super::{PosesError, RawPose, carmen, rows};
 use crate::text;
 
 /// One turn of the laser's mirror.
@@ -22,6 +22,8 @@ pub(crate) struct Scan {
     pub stamp: Stamp,
     /// Distances from the right to the left, metres.
     pub readings_m: Vec<f32>,
+    /// Its line in the log, from 1.
+    line: usize,
     /// x, y, theta of the laser.
     pub laser: [f64; 3],
     /// x, y, theta of the robot by its odometry.
@@ -82,6 +84,7 @@ fn parse(line: usize, row: &str, start: Stamp) -> Result<Scan, PosesError> {
     };
     let reading = |cell: &&str| rows::number(line, "a reading", cell).map(|r| r as f32);
     Ok(Scan {
+        line,
         stamp: carmen::since(rows::stamp_s(line, after[6])?, start),
         readings_m: readings.iter().map(reading).collect::<Result<_, _>>()?,
         laser: pose(0)?,
@@ -95,17 +98,16 @@ fn parse(line: usize, row: &str, start: Stamp) -> Result<Scan, PosesError> {
 /// does not go back in time. Stamps are those that [`super::read`] gives the raw log's poses.
 ///
 /// # Errors
-/// [`PosesError::OtherScans`] when less than half of the corrected scans are in the raw log: they are not of one drive.
-pub fn stamps_by_scan(corrected: &Path, raw: &Path) -> Result<PosesFile, PosesError> {
-    let raw_text = text::read(raw)?;
-    let mut notes = Vec::new();
+/// [`PosesError::Times`] when the raw log cannot be read; [`PosesError::OtherScans`] when less than half of the corrected scans are
+/// in it: they are not of one drive.
+pub(super) fn at_raw_stamps(corrected: &str, raw: &Path, notes: &mut Vec<String>) -> Result<Vec<RawPose>, PosesError> {
+    let in_raw = text::read(raw).map_err(PosesError::from).and_then(|text| read(&text, notes));
     let mut known: HashMap<Vec<u16>, Vec<Stamp>> = HashMap::new();
-    for scan in read(&raw_text, &mut notes)? {
+    for scan in in_raw.map_err(|why| PosesError::Times { path: raw.to_owned(), why: Box::new(why) })? {
         known.entry(scan.fingerprint()).or_default().push(scan.stamp);
     }
-    drop(raw_text);
     // The corrected log's own stamps are of no use, nor is its clock's start.
-    let scans = all(&text::read(corrected)?, Stamp(0))?;
+    let scans = all(corrected, Stamp(0))?;
     let mut found: Vec<(Stamp, &Scan)> = Vec::new();
     for scan in &scans {
         let Some(times) = known.get(&scan.fingerprint()) else { continue };
@@ -122,14 +124,13 @@ pub fn stamps_by_scan(corrected: &Path, raw: &Path) -> Result<PosesFile, PosesEr
     notes.push(format!("{got} of {total} corrected scans are in the raw log, and have its stamps"));
     let pose =
         |[x, y, theta]: [f64; 3]| Rigid3::from_parts(Vector3::new(x, y, 0.0), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), theta));
-    let poses = found.into_iter().map(|(stamp, scan)| (stamp, pose(scan.laser))).collect();
-    let trajectory = Trajectory::new(poses)?;
-    Ok(PosesFile { trajectory, format: PosesFormat::Carmen, frame: PosesFrame::Body, faces: true, turned: false, notes })
+    Ok(found.into_iter().map(|(stamp, scan)| RawPose { line: scan.line, stamp, world_from_thing: pose(scan.laser) }).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trajectory::PosesOptions;
 
     #[test]
     fn readings_go_from_the_right_to_the_left() {
@@ -167,10 +168,14 @@ mod tests {
         std::fs::write(&raw, rows.concat()).unwrap();
         let rows = [scan("1 2", 5.0, "1e9"), scan("1 2", 5.1, "1e9"), scan("1.1 2.1", 6.0, "1e9")];
         std::fs::write(&corrected, rows.concat()).unwrap();
-        let file = stamps_by_scan(&corrected, &raw).unwrap();
+        let timed = || crate::trajectory::read_with_times(&corrected, &PosesOptions::default(), &raw);
+        let file = timed().unwrap();
         let found: Vec<(i64, f64)> = file.trajectory.poses().iter().map(|(s, p)| (s.0, p.iso.translation.x)).collect();
         assert_eq!(found, [(0, 5.0), (200_000_000, 5.1), (1_000_000_000, 6.0)]);
         std::fs::write(&corrected, [scan("7 7", 5.0, "0"), scan("8 8", 5.0, "1")].concat()).unwrap();
-        assert!(matches!(stamps_by_scan(&corrected, &raw), Err(PosesError::OtherScans { found: 0, total: 2 })));
+        assert!(matches!(timed(), Err(PosesError::OtherScans { found: 0, total: 2 })));
+        std::fs::write(&raw, "FLASER 3 1 2\n").unwrap();
+        let why = timed().unwrap_err().to_string();
+        assert!(why.contains("line 1") && why.contains(&raw.display().to_string()), "{why}");
     }
 }

@@ -1,7 +1,8 @@
 //! What a robot's laser saw lies on the walls that it saw.
 
 use planwalk_io::plan::{self, PlanOptions};
-use planwalk_io::{sightings, trajectory};
+use planwalk_io::sightings;
+use planwalk_io::trajectory::{self, PosesOptions};
 use planwalk_types::{Cell, FloorPlan, Pt2, Sighting, Stamp};
 
 use crate::support::data;
@@ -24,7 +25,7 @@ fn shares_on_walls([raw, corrected, map]: [&str; 3]) -> Option<[f64; 2]> {
     let (raw, corrected, map) = (robot(raw)?, robot(corrected)?, robot(map)?);
     let plan = plan::read(&map, &PlanOptions::default()).unwrap().plan;
     let seen = sightings::read(&raw).unwrap();
-    let truth = trajectory::stamps_by_scan(&corrected, &raw).unwrap();
+    let truth = trajectory::read_with_times(&corrected, &PosesOptions::default(), &raw).unwrap();
     let (mut hits, mut all) = ([0, 0], 0);
     for (stamp, pose) in truth.trajectory.poses() {
         let pose = pose.on_floor();
@@ -94,7 +95,7 @@ fn corrected_poses_with_the_raw_stamps_walk_as_the_wheels_did() {
             let poses = file.trajectory.poses().iter();
             poses.map(|(stamp, pose)| (*stamp, [pose.iso.translation.x, pose.iso.translation.y])).collect()
         };
-        let file = trajectory::stamps_by_scan(&corrected, &raw).unwrap();
+        let file = trajectory::read_with_times(&corrected, &PosesOptions::default(), &raw).unwrap();
         let (truth, wheels) = (of(&file), of(&trajectory::read(&raw, &trajectory::PosesOptions::default()).unwrap()));
         let off = way_difference(&truth, &wheels, 5.0, 0.9);
         // Five seconds are 4.6 m of CSAIL's walk, and its wheels, which slip in turns, are off by 0.13 m in the median.

@@ -27,10 +27,10 @@ use planwalk_types::{FloorPlan, Hypothesis, Path, PlanPose, ScaleEstimate, Seed,
 use rayon::prelude::*;
 
 use crate::LocateError;
-use crate::options::LocateOptions;
 use crate::likelihood::{Pending, Scorer};
 use crate::modes::Bins;
 use crate::motion::{Motion, uniform};
+use crate::options::LocateOptions;
 use crate::particles::Particles;
 use crate::prior::{self, ScalePrior};
 use crate::run;
@@ -67,7 +67,7 @@ pub fn first_look(path: &Path, sightings: &[Sighting], plan: &FloorPlan, options
     let (mut window, mut pending, mut motion) = (Window::default(), Pending::default(), Motion::none());
     for (step, now) in run::with_sightings(path, &seen) {
         now.iter().for_each(|sighting| pending.add(sighting, &motion, step));
-        motion = motion.then(step, 1.0);
+        motion = motion.then(&Motion::of(step, 1.0));
         if motion.length * options.scale.metres_per_unit >= options.update_distance_m || motion.turned_rad >= options.update_turn_rad {
             let rays = pending.take(options.sightings.rays, &motion);
             window.push(motion, &rays, options.scale.metres_per_unit);

@@ -79,7 +79,7 @@ impl Window {
         let way = poses.iter().map(|p| reference.sees(p.x, p.y)).collect();
         let mut to_end = Motion::none();
         for entry in &entries[middle + 1..] {
-            to_end = to_end.then_motion(&entry.motion);
+            to_end = to_end.then(&entry.motion);
         }
         let all = poses.iter().zip(&entries).flat_map(|(pose, entry)| {
             entry.rays.iter().map(|ray| Ray {

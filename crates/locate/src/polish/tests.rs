@@ -40,7 +40,7 @@ fn motions(truth: &[Vector4<f64>]) -> Vec<Motion> {
         let (forward, left, turn_rad) = ((c * dx + s * dy) / SCALE, (-s * dx + c * dy) / SCALE, pair[1][2] - pair[0][2]);
         let covariance = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4));
         let step = Step { from: Stamp(0), to: Stamp(1), forward, left, turn_rad, covariance, unit_change: 0.0 };
-        all.push(Motion::none().then(&step, 1.0));
+        all.push(Motion::of(&step, 1.0));
     }
     all
 }
