@@ -5,11 +5,10 @@ use std::path::Path;
 use planwalk::result::InputEntry;
 use planwalk::types::path::StepNoise;
 use planwalk::types::{Camera, FloorPlan, IntrinsicsSource, OdometryScale, Sighting};
-use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::PosesOptions;
 use planwalk_io::video::{VideoOptions, VideoSource};
 
-use crate::args::{PlanArgs, PosesArgs, VideoOptionsArgs};
+use crate::args::{PlanArgs, PlanReadingArgs, PosesArgs, VideoOptionsArgs};
 use crate::failure::Failure;
 
 /// What was read, and what a person should know of it.
@@ -77,7 +76,11 @@ pub fn sightings(path: &Path) -> Result<Read<Vec<Sighting>>, Failure> {
 
 /// A plan.
 pub fn plan(args: &PlanArgs) -> Result<Read<FloorPlan>, Failure> {
-    let options = PlanOptions { metres_per_pixel: args.metres_per_pixel, measure: args.measure };
-    let file = planwalk_io::plan::read(&args.plan, &options).map_err(|why| Failure::input("the plan", why, &args.plan))?;
+    plan_at(&args.plan, &args.reading)
+}
+
+/// A plan that stands alone on the command line.
+pub fn plan_at(path: &Path, reading: &PlanReadingArgs) -> Result<Read<FloorPlan>, Failure> {
+    let file = planwalk_io::plan::read(path, &reading.options()).map_err(|why| Failure::input("the plan", why, path))?;
     Ok(Read { value: file.plan, notes: file.notes })
 }

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk::types::{Body, Cam, Plan, Rigid3, Seed};
-use planwalk_io::plan::PlanOptions;
 use planwalk_io::trajectory::{PosesFormat, PosesFrame, PosesOptions};
 use planwalk_sim::{
     Building, BuildingOptions, CameraOptions, Lens, Look, OdometryNoise, People, PlanWorldOptions, Scene, SceneOptions, SimError, Walk,
@@ -14,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::args::{NoiseName, SimArgs, SimKind};
 use crate::failure::Failure;
+use crate::inputs;
 
 /// Seeds tried before a building is said to have no walk.
 const TRIES: u64 = 8;
@@ -115,9 +115,15 @@ pub enum Site {
 impl Site {
     /// The site that is meant.
     pub fn of(args: &SimArgs, file: &SceneFile) -> Result<Self, Failure> {
-        let Some(path) = &args.plan else { return Ok(Self::Generated(file.building)) };
-        let options = PlanOptions { metres_per_pixel: args.metres_per_pixel, measure: args.measure };
-        let plan = planwalk_io::plan::read(path, &options).map_err(|why| Failure::input("the plan", why, path))?.plan;
+        let Some(path) = &args.plan else {
+            return match args.reading.said().first() {
+                None => Ok(Self::Generated(file.building)),
+                Some((name, _)) => {
+                    Err(Failure::usage(format!("--{name} says how a plan is to be read: give --plan PLAN, or leave it away")))
+                }
+            };
+        };
+        let plan = inputs::plan_at(path, &args.reading)?.value;
         let building =
             Building::from_plan(&plan, &file.built_plan, Seed(file.seed)).map_err(|why| Failure::input("the plan", why, path))?;
         Ok(Self::Built(Box::new(building)))

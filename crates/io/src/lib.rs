@@ -4,7 +4,8 @@
 //! |---|---|
 //! | video file, folder of images | [`video::open`] → [`planwalk_types::VideoFrame`]s, one at a time |
 //! | `camera.yaml` (ROS, Kalibr) | [`camera::read`] → [`planwalk_types::Camera`] |
-//! | image, ROS `map.yaml`, GeoJSON, list of walls | [`plan::read`] → [`planwalk_types::FloorPlan`] |
+//! | image, ROS `map.yaml`, SVG, PDF, DXF, GeoJSON, IMDF, OpenStreetMap, list of walls | [`plan::read`] → [`planwalk_types::FloorPlan`], or [`plan::import`] → [`planwalk_types::Building`] |
+//! | `*.plan.json` | the same, and [`plan::native::write`]; other ways out in [`plan::export`] |
 //! | TUM, KITTI, EuRoC, CARMEN, CSV | [`trajectory::read`] → [`planwalk_types::Trajectory`] |
 //! | `sightings.csv`, a CARMEN log's scans | [`sightings::read`] → [`planwalk_types::Sighting`]s |
 //!

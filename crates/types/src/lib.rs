@@ -1,6 +1,6 @@
 //! The nouns of Planwalk, in the order in which data meets them.
 //!
-//! video ─▶ [`frame`] ─▶ [`motion`] ─▶ [`path`] + [`sightings`] ─▶ [`posterior`] on the [`plan`]
+//! video ─▶ [`frame`] ─▶ [`motion`] ─▶ [`path`] + [`sightings`] ─▶ [`posterior`] on the [`plan`], a storey of a [`building`]
 //!
 //! Every other crate speaks in these nouns and knows none of its neighbours. Nothing here touches a file,
 //! a clock or entropy: chance comes from a [`Seed`], time from the frames' own [`Stamp`]s.
@@ -12,6 +12,7 @@
 //! * [`Body`]: x forward, y left, z up (REP-103).
 //! * [`Cam`]: x right, y down, z forward; pixel centres at integers.
 
+pub mod building;
 pub mod camera;
 pub mod frame;
 pub mod motion;
@@ -24,6 +25,7 @@ pub mod sightings;
 pub mod space;
 pub mod time;
 
+pub use building::{Building, Element, ElementKind, Form, Georeference, Level};
 pub use camera::{Camera, CameraError, Distortion, IntrinsicsSource};
 pub use frame::{GrayImage, VideoFrame};
 pub use motion::{CameraPose, TrackingState};

@@ -13,14 +13,14 @@ use planwalk::Method;
 use planwalk::locate::StartPrior;
 use planwalk::odometry::Solver;
 use planwalk::types::{OdometryScale, Seed};
-use planwalk_io::plan::Measure;
+use planwalk_io::plan::{Measure, PlanOptions};
 use planwalk_io::trajectory::{PosesFormat, PosesFrame};
 
 use crate::command::Task;
 
 pub use bench::BenchArgs;
 pub use eval::EvalArgs;
-pub use plan::{PlanCommand, PlanCommandArgs, PlanInfoArgs};
+pub use plan::{PlanCommand, PlanCommandArgs, PlanExportArgs, PlanFileArgs, PlanInfoArgs};
 pub use sim::{NoiseName, SimArgs, SimKind};
 
 /// Tells where on a floor plan a first-person video was walked, how sure it is, and where else it could have been.
@@ -215,25 +215,68 @@ impl PosesArgs {
     }
 }
 
-/// A plan and its scale.
+/// A plan and how it is to be read.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// Floor plan: an image, a ROS map.yaml, GeoJSON, or a CSV of walls x0,y0,x1,y1[,kind]
+    /// Floor plan: an image, ROS map.yaml, SVG, PDF, DXF, GeoJSON, IMDF, OpenStreetMap, a CSV of walls x0,y0,x1,y1[,kind] or a .plan.json
     #[arg(long, value_name = "PLAN")]
     pub plan: PathBuf,
-    /// Metres in a pixel of the plan's image
+    /// How it is to be read.
+    #[command(flatten)]
+    pub reading: PlanReadingArgs,
+}
+
+/// How a plan is to be read.
+#[derive(Debug, Clone, Default, Args)]
+pub struct PlanReadingArgs {
+    /// Metres in a pixel of the plan's image, or in a unit of its drawing
     #[arg(long, value_name = "M")]
     pub metres_per_pixel: Option<f64>,
-    /// Two pixels of the plan's image and their distance, e.g. 100,200,400,200=6m
+    /// Two pixels of the plan's image (or points of its drawing) and their distance, e.g. 100,200,400,200=6m
     #[arg(long, value_name = "U1,V1,U2,V2=LENGTH")]
     pub measure: Option<Measure>,
+    /// Scale of a plan drawn on paper (PDF, SVG): 100 for 1:100
+    #[arg(long, value_name = "N")]
+    pub drawing_scale: Option<f64>,
+    /// Page of a PDF, from 1 [default: the first with a drawing]
+    #[arg(long, value_name = "N")]
+    pub page: Option<usize>,
+    /// Storey of a plan that has several: its name, or its number from the ground floor [default: the ground floor]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub level: Option<String>,
+}
+
+impl PlanReadingArgs {
+    /// As readers take it.
+    pub fn options(&self) -> PlanOptions {
+        PlanOptions {
+            metres_per_pixel: self.metres_per_pixel,
+            measure: self.measure,
+            level: self.level.clone(),
+            page: self.page,
+            drawing_scale: self.drawing_scale,
+        }
+    }
+
+    /// What was said, as options and values.
+    pub fn said(&self) -> Vec<(&'static str, String)> {
+        let all = [
+            ("metres-per-pixel", self.metres_per_pixel.map(|m| m.to_string())),
+            ("measure", self.measure.map(|m| m.to_string())),
+            ("drawing-scale", self.drawing_scale.map(|n| n.to_string())),
+            ("page", self.page.map(|n| n.to_string())),
+            ("level", self.level.clone()),
+        ];
+        all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
+    }
 }
 
 impl PlanArgs {
     /// Writes down what was said of it.
     pub fn note(&self, task: &mut Task) {
-        task.option("metres-per-pixel", self.metres_per_pixel);
-        task.option("measure", self.measure);
+        for (name, value) in self.reading.said() {
+            task.option(name, Some(value));
+        }
     }
 }
 

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use planwalk::types::Seed;
-use planwalk_io::plan::Measure;
 
-use super::PlanArgs;
+use super::PlanReadingArgs;
 
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
@@ -29,20 +28,71 @@ pub enum PlanCommand {
 scales from ×0.7 to ×1.3. It writes ambiguity.png: how far one must walk to know where one is, and the pairs that are confused longest.
 Furniture is not on the plan and does not count.")]
     Info(PlanInfoArgs),
+    /// Reads a plan of any format, and keeps what was made of it: all storeys, walls, doors, windows, rooms
+    #[command(after_help = "Formats, known by content:
+  images (PNG, JPEG, TIFF, WebP, BMP, PGM), ROS map.yaml, SVG, PDF (drawn or scanned), DXF,
+  GeoJSON, IMDF archives, OpenStreetMap (indoor tags, else roads), CSV of walls x0,y0,x1,y1[,kind], .plan.json
+
+Examples:
+  planwalk plan import floor2.png --metres-per-pixel 0.02 -o floor2.plan.json
+  planwalk plan import office.dxf -o office.plan.json
+  planwalk plan import mall.pdf --page 2 --drawing-scale 200 -o mall.plan.json
+  planwalk locate walk.mp4 --plan office.plan.json -o out")]
+    Import(PlanFileArgs),
+    /// Writes a plan in another format, by the ending of the file: .svg, .geojson, .csv, .yaml (with a .pgm beside it) or .plan.json
+    #[command(after_help = "Examples:
+  planwalk plan export office.dxf -o office.svg
+  planwalk plan export venue.imdf.zip --level 1 -o floor1.geojson
+  planwalk plan export floor2.png --metres-per-pixel 0.02 -o map.yaml
+
+GeoJSON is in degrees (RFC 7946) where the plan says where on the globe it is, unless --metres is given.")]
+    Export(PlanExportArgs),
+    /// Draws what was taken for what, in colours: .png or .svg
+    #[command(after_help = "Example:
+  planwalk plan render office.dxf -o office.png")]
+    Render(PlanFileArgs),
+}
+
+/// A plan in, a file out.
+#[derive(Debug, Args)]
+pub struct PlanFileArgs {
+    /// Floor plan of any format
+    #[arg(value_name = "PLAN")]
+    pub plan: PathBuf,
+    /// How it is to be read.
+    #[command(flatten)]
+    pub reading: PlanReadingArgs,
+    /// File to write
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Overwrite the file if it is there
+    #[arg(long)]
+    pub force: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `plan export`.
+#[derive(Debug, Args)]
+pub struct PlanExportArgs {
+    /// The plan and the file.
+    #[command(flatten)]
+    pub file: PlanFileArgs,
+    /// GeoJSON in the plan's own metres, even if its place on the globe is known
+    #[arg(long)]
+    pub metres: bool,
 }
 
 /// Arguments of `plan info`.
 #[derive(Debug, Args)]
 pub struct PlanInfoArgs {
-    /// Floor plan: an image, a ROS map.yaml, GeoJSON, or a CSV of walls x0,y0,x1,y1[,kind]
+    /// Floor plan of any format (see planwalk plan import --help)
     #[arg(value_name = "PLAN")]
     pub plan: PathBuf,
-    /// Metres in a pixel of the plan's image
-    #[arg(long, value_name = "M")]
-    pub metres_per_pixel: Option<f64>,
-    /// Two pixels of the plan's image and their distance, e.g. 100,200,400,200=6m
-    #[arg(long, value_name = "U1,V1,U2,V2=LENGTH")]
-    pub measure: Option<Measure>,
+    /// How it is to be read.
+    #[command(flatten)]
+    pub reading: PlanReadingArgs,
     /// Find out how far one must walk to know where one is, and which places are confused
     #[arg(long)]
     pub ambiguity: bool,
@@ -67,11 +117,6 @@ pub struct PlanInfoArgs {
 }
 
 impl PlanInfoArgs {
-    /// The plan as other commands take it.
-    pub fn plan(&self) -> PlanArgs {
-        PlanArgs { plan: self.plan.clone(), metres_per_pixel: self.metres_per_pixel, measure: self.measure }
-    }
-
     /// The seed, 0 where none was given.
     pub fn seed(&self) -> Seed {
         Seed(self.seed.unwrap_or(0))

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use planwalk_io::plan::Measure;
 use planwalk_io::trajectory::PosesFrame;
 use planwalk_sim::BuildingKind;
 
-use super::{Common, numbers};
+use super::{Common, PlanReadingArgs, numbers};
 
 /// What is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -42,15 +41,12 @@ pub struct SimArgs {
     /// Its width and depth, metres
     #[arg(long, value_name = "W,D", value_parser = pair, conflicts_with = "plan")]
     pub size: Option<(f64, f64)>,
-    /// A plan that is built as it is drawn, instead of a generated building: an image, a ROS map.yaml, GeoJSON or a CSV of walls
+    /// A plan that is built as it is drawn, instead of a generated building: any floor plan
     #[arg(long, value_name = "PLAN")]
     pub plan: Option<PathBuf>,
-    /// Metres in a pixel of the plan's image
-    #[arg(long, value_name = "M", requires = "plan")]
-    pub metres_per_pixel: Option<f64>,
-    /// Two pixels of the plan's image and their distance, e.g. 100,200,400,200=6m
-    #[arg(long, value_name = "U1,V1,U2,V2=LENGTH", requires = "plan")]
-    pub measure: Option<Measure>,
+    /// How the plan is to be read.
+    #[command(flatten)]
+    pub reading: PlanReadingArgs,
     /// Share of the inner walls on the plan that were never built, 0 to 1
     #[arg(long, value_name = "SHARE")]
     pub missing_walls: Option<f64>,

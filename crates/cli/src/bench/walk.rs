@@ -240,7 +240,7 @@ pub(super) fn place_options(max_gap_s: Option<f64>, truth_faces: bool) -> PlaceO
 }
 
 pub(super) fn plan(case: &Case, data: &Path) -> Result<Option<FloorPlan>, String> {
-    let options = PlanOptions { metres_per_pixel: case.metres_per_pixel, measure: None };
+    let options = PlanOptions { metres_per_pixel: case.metres_per_pixel, ..PlanOptions::default() };
     let read = |file: &std::path::PathBuf| planwalk_io::plan::read(&data.join(file), &options).map_err(say("the plan", file));
     Ok(case.plan.as_ref().map(read).transpose()?.map(|file| file.plan))
 }

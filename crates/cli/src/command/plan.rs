@@ -5,7 +5,7 @@ use planwalk::locate::{AmbiguityOptions, ambiguity};
 use planwalk::plan_info::{AmbiguityEntry, PlanInfo, words};
 use planwalk::types::FloorPlan;
 
-use super::name_of;
+use super::{name_of, plan_file};
 use crate::args::{PlanCommand, PlanCommandArgs, PlanInfoArgs};
 use crate::failure::Failure;
 use crate::inputs;
@@ -16,6 +16,9 @@ use crate::say::{self, Voice};
 pub fn run(args: &PlanCommandArgs) -> Result<(), Failure> {
     match &args.command {
         PlanCommand::Info(args) => info(args),
+        PlanCommand::Import(args) => plan_file::import(args),
+        PlanCommand::Export(args) => plan_file::export(args),
+        PlanCommand::Render(args) => plan_file::render(args),
     }
 }
 
@@ -26,7 +29,7 @@ fn info(args: &PlanInfoArgs) -> Result<(), Failure> {
         // Built once a process; a second build can only fail in tests that call commands in one process.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
-    let read = inputs::plan(&args.plan())?;
+    let read = inputs::plan_at(&args.plan, &args.reading)?;
     read.notes.iter().for_each(|note| voice.say(&format!("note: {note}")));
     let mut info = PlanInfo::new(&read.value, args.seed(), vec![inputs::entry("plan", &args.plan)?], read.notes);
     voice.say(&basics(&info));

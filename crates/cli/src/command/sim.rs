@@ -73,8 +73,9 @@ fn again(args: &SimArgs) -> String {
     add("", (args.what == SimKind::Odometry).then(|| format!("odometry --walks {}", args.walks)));
     add("--scene ", Some("scene.toml".to_owned()));
     add("--plan ", path(&args.plan));
-    add("--metres-per-pixel ", args.metres_per_pixel.map(|m| m.to_string()));
-    add("--measure ", args.measure.map(|m| m.to_string()));
+    for (name, value) in args.reading.said() {
+        add(&format!("--{name} "), Some(value));
+    }
     add("--path ", path(&args.path));
     add("--path-frame ", args.path.as_ref().map(|_| format!("{:?}", args.path_frame).to_lowercase()));
     add("--mount ", args.mount.map(|[x, y, z]| format!("{x},{y},{z}")));

@@ -82,3 +82,68 @@ fn place_forgives_the_drift_that_is_stated() {
     assert!(placement.area_m2 > 0.0 && placement.end_area_m2 > 0.0 && !placement.end_modes.is_empty());
     assert!(failure(&mut place("absurd", &["--drift", "90"]), 2).contains("--drift"));
 }
+
+/// Two rooms with a door between them and a window, in feet.
+const FLAT_FT: &str = "x0_ft,y0_ft,x1_ft,y1_ft,kind\n0,0,30,0,wall\n30,0,30,15,wall\n30,15,0,15,wall\n0,15,0,0,wall\n15,0,15,15,wall\n15,5,15,8,door\n20,15,24,15,window\n";
+
+#[test]
+fn a_plan_is_kept_handed_on_and_read_again_from_each_of_its_formats() {
+    let dir = folder();
+    let list = dir.path().join("flat.csv");
+    fs::write(&list, FLAT_FT).unwrap();
+    let kept = dir.path().join("flat.plan.json");
+    let said = planwalk().args(["plan", "import"]).arg(&list).arg("-o").arg(&kept).assert().success();
+    let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
+    assert!(said.contains("5 walls, 1 window, 1 door"), "{said}");
+    // Written once; then only where one means it.
+    assert!(failure(planwalk().args(["plan", "import"]).arg(&list).arg("-o").arg(&kept), 2).contains("--force"));
+    let info = |plan: &std::path::Path, more: &[&str]| -> PlanInfo {
+        let output = planwalk().args(["plan", "info", "--json"]).arg(plan).args(more).output().unwrap();
+        assert!(output.status.success(), "{}: {}", plan.display(), String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let straight = info(&list, &[]);
+    assert_eq!(straight.doors, 1);
+    assert_eq!(info(&kept, &[]).cells, straight.cells);
+    for (name, more) in [("a.geojson", &[][..]), ("a.csv", &[]), ("a.yaml", &[]), ("a.svg", &["--metres-per-pixel", "0.001"])] {
+        let written = dir.path().join(name);
+        planwalk().args(["plan", "export", "--quiet"]).arg(&kept).arg("-o").arg(&written).assert().success();
+        let again = info(&written, more);
+        let off = again.inside_m2 - straight.inside_m2;
+        // Lines of an SVG are 5 cm wide, and become areas: 50 m of them.
+        assert!(off.abs() < 0.07 * straight.inside_m2, "{name}: {} m² of {}", again.inside_m2, straight.inside_m2);
+    }
+    let picture = dir.path().join("a.png");
+    planwalk().args(["plan", "render", "--quiet"]).arg(&kept).arg("-o").arg(&picture).assert().success();
+    assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
+    assert!(failure(planwalk().args(["plan", "export"]).arg(&kept).args(["-o", "x.dwg"]), 2).contains(".geojson"));
+}
+
+#[test]
+fn drawings_are_to_scale_or_say_what_is_missing() {
+    let dir = folder();
+    let drawing = dir.path().join("flat.svg");
+    let walls = "M100 100H500V300H300V220M300 180V100M300 300H100Z";
+    let svg = format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 600 400'><path d='{walls}' fill='none' stroke='black' stroke-width='4'/></svg>"
+    );
+    fs::write(&drawing, svg).unwrap();
+    let out = dir.path().join("flat.plan.json");
+    let import = |more: &[&str]| {
+        let mut command = planwalk();
+        command.args(["plan", "import"]).arg(&drawing).arg("-o").arg(&out).args(more);
+        command
+    };
+    let said = failure(&mut import(&[]), 4);
+    assert!(["--drawing-scale", "--metres-per-pixel", "--measure"].iter().all(|way| said.contains(way)), "{said}");
+    // 400 px are 105.8 mm on paper, 10.58 m at 1:100.
+    import(&["--drawing-scale", "100"]).assert().success();
+    let text = fs::read_to_string(&out).unwrap();
+    assert!(text.contains("\"scale_from\"") && text.contains("\"svg\""), "{text}");
+    let width = planwalk().args(["plan", "info", "--json"]).arg(&out).output().unwrap();
+    let info: PlanInfo = serde_json::from_slice(&width.stdout).unwrap();
+    assert!((info.size_m[0] - 2.0 - 10.58).abs() < 0.2, "{:?}", info.size_m);
+    assert!(failure(&mut import(&["--drawing-scale", "0.5", "--force"]), 4).contains("1:0.5"));
+    let other = failure(&mut import(&["--metres-per-pixel", "0.02", "--level", "7", "--force"]), 4);
+    assert!(other.contains("no storey \"7\""), "{other}");
+}

@@ -2,89 +2,73 @@
 //!
 //! People type these words, so case, plurals, joined words, abbreviations and one slip of the finger are put up with.
 
-/// What a shape of a drawing stands for.
+use planwalk_types::ElementKind;
+
+/// What a word says of what it stands at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Stops people and light.
-    Wall,
-    /// A way through a wall.
-    Door,
-    /// Stops people only.
-    Window,
-    /// Somewhere to walk: rooms, corridors, stairs.
-    Floor,
+pub(super) enum Meaning {
+    /// Part of the building.
+    Part(ElementKind),
     /// Neither in the way nor part of the building's shape: furniture that may be moved, labels, routes, outlines of plots.
     Passed,
 }
 
+const WALL: Meaning = Meaning::Part(ElementKind::Wall);
+const WINDOW: Meaning = Meaning::Part(ElementKind::Window);
+const DOOR: Meaning = Meaning::Part(ElementKind::Door);
+const FLOOR: Meaning = Meaning::Part(ElementKind::Floor);
+const ROOM: Meaning = Meaning::Part(ElementKind::Room);
+const STAIRS: Meaning = Meaning::Part(ElementKind::Stairs);
+const LIFT: Meaning = Meaning::Part(ElementKind::Lift);
+
 /// Words in the order in which they decide: a glass door is a door, a glass wall is glass, furniture of a room is no floor.
-const WORDS: [(Kind, &[&str]); 5] = [
+const WORDS: [(Meaning, &[&str]); 8] = [
     (
-        Kind::Passed,
-        &["furnitur", "möbel", "mobel", "meuble", "table", "chair", "desk", "label", "annotation", "route", "footprint", "venue"],
-    ),
-    (Kind::Door, &["door", "opening", "gate", "tuer", "tür", "porte", "puerta", "deur"]),
-    (Kind::Window, &["window", "glass", "glazing", "fenster", "fenetre", "fenêtre", "ventana", "raam"]),
-    (
-        Kind::Wall,
-        &["wall", "facade", "façade", "fassade", "column", "pillar", "partition", "wand", "mauer", "muur", "mur", "muro", "pared"],
-    ),
-    (
-        Kind::Floor,
+        Meaning::Passed,
         &[
-            "room",
-            "corridor",
-            "hallway",
-            "hall",
-            "lobby",
-            "foyer",
-            "stair",
-            "step",
-            "elevator",
-            "lift",
-            "escalator",
-            "ramp",
-            "balcony",
-            "gallery",
-            "terrace",
-            "office",
-            "kitchen",
-            "toilet",
-            "walkway",
-            "passage",
-            "floor",
-            "area",
-            "space",
-            "unit",
-            "lounge",
-            "storage",
-            "lab",
-            "zimmer",
-            "raum",
-            "flur",
-            "gang",
-            "treppe",
-            "couloir",
-            "salle",
-            "escalier",
-            "escalera",
+            "furnitur",
+            "möbel",
+            "mobel",
+            "meuble",
+            "table",
+            "chair",
+            "desk",
+            "label",
+            "annotation",
+            "route",
+            "footprint",
+            "venue",
+            "opentobelow",
         ],
     ),
+    (DOOR, &["door", "opening", "gate", "tuer", "tür", "porte", "puerta", "deur"]),
+    (WINDOW, &["window", "glass", "glazing", "fenster", "fenetre", "fenêtre", "ventana", "raam"]),
+    (WALL, &["wall", "facade", "façade", "fassade", "column", "pillar", "partition", "wand", "mauer", "muur", "mur", "muro", "pared"]),
+    (STAIRS, &["stair", "step", "escalator", "ramp", "treppe", "escalier", "escalera"]),
+    (LIFT, &["elevator", "lift", "aufzug", "ascenseur", "ascensor"]),
+    (
+        ROOM,
+        &[
+            "room", "corridor", "hallway", "hall", "lobby", "foyer", "office", "kitchen", "toilet", "unit", "lounge", "storage", "lab",
+            "zimmer", "raum", "flur", "gang", "couloir", "salle",
+        ],
+    ),
+    (FLOOR, &["balcony", "gallery", "terrace", "walkway", "passage", "floor", "area", "space"]),
 ];
 
 /// Whole words that are too short to be looked for inside others, and abbreviations.
-const SHORT: [(Kind, &[&str]); 4] = [
-    (Kind::Door, &["d", "do", "doo", "dr", "entrance", "exit"]),
-    (Kind::Window, &["win", "wnd"]),
-    (Kind::Wall, &["w", "wa", "wal"]),
-    (Kind::Floor, &["r", "rm", "wc", "cor", "corr"]),
+const SHORT: [(Meaning, &[&str]); 4] = [
+    (DOOR, &["d", "do", "doo", "dr", "entrance", "exit"]),
+    (WINDOW, &["win", "wnd"]),
+    (WALL, &["w", "wa", "wal"]),
+    (ROOM, &["r", "rm", "wc", "cor", "corr"]),
 ];
 
 /// A word shorter than this is not looked for with a slip: "hall" is one slip from "wall".
 const SLIP_FROM: usize = 5;
 
 /// What this word stands for, if that is known.
-pub(super) fn of(word: &str) -> Option<Kind> {
+pub(super) fn of(word: &str) -> Option<Meaning> {
     let word = word.trim().to_lowercase();
     let parts: Vec<&str> = word.split(|c: char| !c.is_alphanumeric()).filter(|p| !p.is_empty()).collect();
     // Neither is a door.
@@ -118,25 +102,25 @@ mod tests {
     #[test]
     fn words_are_known_however_they_are_typed() {
         for (word, kind) in [
-            ("Wall", Kind::Wall),
-            ("Wa", Kind::Wall),
-            ("WALLS", Kind::Wall),
-            ("A-WALL-INTR", Kind::Wall),
-            ("Fassade", Kind::Wall),
-            ("Door", Kind::Door),
-            ("D", Kind::Door),
-            ("B_Door", Kind::Door),
-            ("glass door", Kind::Door),
-            ("glass wall", Kind::Window),
-            ("Stairscase", Kind::Floor),
-            ("Rooms", Kind::Floor),
-            ("Coridor", Kind::Floor),
-            ("Elevatr", Kind::Floor),
-            ("hall", Kind::Floor),
-            ("Furnitures", Kind::Passed),
-            ("Outdoor area", Kind::Floor),
-            ("entrance hall", Kind::Floor),
-            ("entrance", Kind::Door),
+            ("Wall", WALL),
+            ("Wa", WALL),
+            ("WALLS", WALL),
+            ("A-WALL-INTR", WALL),
+            ("Fassade", WALL),
+            ("Door", DOOR),
+            ("D", DOOR),
+            ("B_Door", DOOR),
+            ("glass door", DOOR),
+            ("glass wall", WINDOW),
+            ("Stairscase", STAIRS),
+            ("Rooms", ROOM),
+            ("Coridor", ROOM),
+            ("Elevatr", LIFT),
+            ("hall", ROOM),
+            ("Furnitures", Meaning::Passed),
+            ("Outdoor area", FLOOR),
+            ("entrance hall", ROOM),
+            ("entrance", DOOR),
         ] {
             assert_eq!(of(word), Some(kind), "{word}");
         }

@@ -1,8 +1,9 @@
-//! Where are the walls? A floor plan from a picture, a ROS `map.yaml` with its picture, GeoJSON, or a list of walls.
+//! Where are the walls? A floor plan from a picture, a robot's map, a drawing, a map of the world or a list of walls.
 //!
-//! picture, map.yaml ─▶ pixels: wall, free or unknown ─┐
-//!                                                     ├─▶ cells of at least 5 cm, row 0 at the bottom ─▶ [`FloorPlan`]
-//! GeoJSON, wall list ─▶ shapes: wall, door, window, floor ─┘
+//! picture, ROS map.yaml ──────────────────────▶ pixels: wall, free or unknown ────────┐
+//! SVG, PDF, DXF ─▶ [`sketch`] ─▶ [`interpret`] ─┐                                       ├─▶ cells of at least 5 cm ─▶ [`FloorPlan`]
+//! GeoJSON, IMDF, OpenStreetMap, wall list,      ├─▶ [`Building`]: storeys of elements ─┘
+//! `*.plan.json` ─────────────────────────────────┘
 //!
 //! Plan frame: metres, x right, y up; the origin is the picture's bottom-left corner, or what the `map.yaml` says, or that of the
 //! shapes' own metres. Doors and windows are known to shapes only.
@@ -10,33 +11,53 @@
 
 mod cells;
 mod drawing;
+mod dxf;
+pub mod export;
 mod geojson;
+mod imdf;
+mod interpret;
 mod kind;
 mod measure;
+pub mod native;
+mod notation;
+mod open;
+mod osm;
+mod outline;
+mod pdf;
+mod pen;
 mod projection;
 mod ros;
+mod sketch;
+mod storeys;
+mod svg;
 mod vector;
 mod wall_list;
-mod write;
 
-use std::io::Read;
 use std::path::Path;
 
-use planwalk_types::{FloorPlan, PlanError, Pt2};
+use planwalk_types::{Building, FloorPlan, Level, PlanError, Pt2};
 
-use crate::raster::{self, RasterError, SizeLimit};
-use crate::text;
+use crate::raster::RasterError;
 
+pub use export::{ros_map_image, ros_map_yaml};
 pub use measure::{Measure, MeasureError};
-pub use write::{ros_map_image, ros_map_yaml};
+use native::PlanDocument;
+use open::Opened;
 
 /// Options of [`read`].
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct PlanOptions {
-    /// Metres in one pixel of the picture. A `map.yaml` has its own; this one goes before it.
+    /// Metres in one pixel of the picture, or in one unit of the drawing. A `map.yaml` and a DXF have their own; this one goes before
+    /// it.
     pub metres_per_pixel: Option<f64>,
     /// A known length in the picture, instead of [`PlanOptions::metres_per_pixel`].
     pub measure: Option<Measure>,
+    /// Name or ordinal of the storey, where the file has several. Without it the ground floor, or the lowest above it.
+    pub level: Option<String>,
+    /// Page of a PDF, from 1. Without it the first on which something is drawn.
+    pub page: Option<usize>,
+    /// What one metre on paper stands for, of a drawing that is to scale: 100 for 1:100.
+    pub drawing_scale: Option<f64>,
 }
 
 /// A plan, and what a user should know about how it was read.
@@ -143,57 +164,210 @@ pub enum PlanFileError {
     /// Read, but no plan.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// A zip archive that is no venue.
+    #[error("the archive is no IMDF venue: {why}; an IMDF archive holds a GeoJSON file for each type of feature")]
+    Archive {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A drawing on paper without its scale.
+    #[error(
+        "the drawing has no scale: give --drawing-scale 100 for 1:100, or --metres-per-pixel M for one unit of it, or the length of \
+         something: --measure u1,v1,u2,v2=3.6m (two points in its units)"
+    )]
+    NoDrawingScale,
+    /// A drawing's scale that is none.
+    #[error("a drawing of 1:{scale} is no floor plan: give a number from 1 to 100000, such as 100 for 1:100")]
+    BadDrawingScale {
+        /// What was given.
+        scale: f64,
+    },
+    /// A unit that makes the drawing a doll's house, or a country.
+    #[error(
+        "by the file's own unit of {metres_per_unit} m the drawing is {width_m:.2} m × {height_m:.2} m, which is no building: say what \
+         one unit is with --metres-per-pixel M, or measure something: --measure x1,y1,x2,y2=3.6m (two points in its units)"
+    )]
+    ImplausibleUnit {
+        /// What the file says.
+        metres_per_unit: f64,
+        /// Width that follows.
+        width_m: f64,
+        /// Height that follows.
+        height_m: f64,
+    },
+    /// A file that is no plan by its size.
+    #[error("the file is over {limit_mb} MB, more than any plan: is it the right one?")]
+    FileTooLarge {
+        /// Most that is read, megabytes.
+        limit_mb: u64,
+    },
+    /// No storey of this name.
+    #[error("there is no storey \"{wish}\" in this plan: it has {levels}")]
+    NoSuchLevel {
+        /// What was asked for.
+        wish: String,
+        /// What there is.
+        levels: String,
+    },
+    /// An OpenStreetMap file that breaks off, or is none.
+    #[error("the OpenStreetMap file is broken at line {line}, column {column}: {why}; download or save it again")]
+    Osm {
+        /// Line, counted from 1.
+        line: usize,
+        /// Byte in the line, counted from 1.
+        column: usize,
+        /// What is wrong there.
+        why: String,
+    },
+    /// An OpenStreetMap file of a country.
+    #[error("the OpenStreetMap file has more than {limit} {what}: cut the building out of it, e.g. by JOSM or osmium extract")]
+    OsmTooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// Most that is read.
+        limit: usize,
+    },
+    /// An OpenStreetMap file without rooms and roads.
+    #[error(
+        "neither rooms (indoor=room, area, corridor or wall) nor roads (highway=*) are drawn in the OpenStreetMap file: it has \
+         {found}; download the place again with all of its nodes, or draw the rooms by Simple Indoor Tagging, e.g. in JOSM"
+    )]
+    OsmNothingDrawn {
+        /// What there is instead.
+        found: String,
+    },
+    /// A plan file of Planwalk's own that is damaged or badly written.
+    #[error("the plan file is not as docs/plan-format.md says: {why}")]
+    Native {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A plan file of another version.
+    #[error("the plan file's schema is \"{found}\", and this program reads \"{read}\": export it again for that, or use a newer Planwalk")]
+    OtherSchema {
+        /// What it says.
+        found: String,
+        /// What is read.
+        read: &'static str,
+    },
+    /// An element of a plan file that is none.
+    #[error("element {element} (counted from 0) of the storey \"{level}\": {why}")]
+    BadElement {
+        /// Name of its storey.
+        level: String,
+        /// Its place in the storey's list, counted from 0.
+        element: usize,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A picture in which the borders of dark areas turn at every pixel.
+    #[error(
+        "the outlines of the picture's walls have more than {limit} corners: is it a photograph, or are its greys dots? Smooth it \
+         first (e.g. magick IN -blur 0x2 -threshold 50% OUT.png)"
+    )]
+    TooRagged {
+        /// Most corners that are followed.
+        limit: usize,
+    },
+    /// A drawing in the format that CAD programmes keep to themselves.
+    #[error(
+        "this is a DWG drawing ({version}), which only CAD programmes can read: save it as DXF with the one it comes from, \
+         with LibreCAD, or with the free ODA File Converter"
+    )]
+    Dwg {
+        /// Its release, e.g. AC1027.
+        version: String,
+    },
+    /// A DXF drawing of which nothing is left.
+    #[error("the DXF drawing cannot be used: {why}; save it once more as DXF (2000 or later) with a CAD programme")]
+    Dxf {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// More than a floor's drawing has.
+    #[error("the drawing has more than {limit} {what}: save only what belongs to this floor, without its hatches and furniture")]
+    DrawingTooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many are read.
+        limit: usize,
+    },
+    /// A vector drawing with more points than any floor has.
+    #[error("the drawing has more than {limit} points: leave furniture, hatches and texts drawn as curves away, or simplify it")]
+    DrawingTooIntricate {
+        /// Most that are read.
+        limit: usize,
+    },
+    /// A vector drawing on which nothing is to be seen.
+    #[error("nothing is drawn in the {format}: {why}")]
+    NothingDrawn {
+        /// SVG or PDF.
+        format: &'static str,
+        /// What there is instead, and what to do.
+        why: String,
+    },
+    /// No SVG, or a damaged one.
+    #[error("the SVG cannot be read: {why}")]
+    Svg {
+        /// What is wrong, and what to do.
+        why: String,
+    },
+    /// No PDF, or a damaged, locked or overlarge one.
+    #[error("the PDF cannot be read: {why}")]
+    Pdf {
+        /// What is wrong, and what to do.
+        why: String,
+    },
+    /// A page that is not there.
+    #[error("the PDF has no page {page}: it has {pages}, counted from 1")]
+    NoPage {
+        /// Page that was asked for.
+        page: usize,
+        /// Pages there are.
+        pages: usize,
+    },
 }
 
-/// Reads a plan: a picture (PNG, JPEG, PGM, BMP, TIFF, WebP), a ROS `map.yaml`, GeoJSON, or a list of walls
-/// (`x0,y0,x1,y1[,kind]`). The latter two may be packed by gzip or bzip2, and are known by their content.
+/// Reads one storey of a plan of any format as cells.
 ///
 /// # Errors
 /// [`PlanFileError`], with the remedy.
 pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileError> {
-    let scale = stated_scale(options)?;
-    let is_yaml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml"));
-    if is_yaml {
-        return ros::read(path, scale);
-    }
-    if let Some(text) = vector_text(path)? {
-        if scale.is_some() {
-            return Err(PlanFileError::ScaleNotNeeded);
+    let mut notes = Vec::new();
+    let plan = match open::open(path, options, &mut notes)?.0 {
+        Opened::Map(plan) => plan,
+        Opened::Picture { pixels, metres_per_pixel } => {
+            let cells = pixels.coarsen(metres_per_pixel, &mut notes);
+            FloorPlan::new(Pt2::new(0.0, 0.0), cells.cell_m, cells.width, cells.height, cells.cells)?
         }
-        return if text.trim_start().starts_with('{') { geojson::read(&text) } else { wall_list::read(&text) };
-    }
-    let metres_per_pixel = scale.ok_or(PlanFileError::NoScale)?;
-    let picture = raster::open(path, SizeLimit::PLAN)?;
-    let (pixels, mut notes) = drawing::classify(picture, metres_per_pixel);
-    let cells = pixels.coarsen(metres_per_pixel, &mut notes);
-    let plan = FloorPlan::new(Pt2::new(0.0, 0.0), cells.cell_m, cells.width, cells.height, cells.cells)?;
+        Opened::Drawn(building) => storey(&building, options, &mut notes)?,
+    };
     Ok(PlanFile { plan, notes })
 }
 
-/// Bytes looked at to tell text from pictures.
-const LOOKED_AT: u64 = 4096;
-
-/// The text of a plan that is drawn in shapes; `None` for pictures.
-fn vector_text(path: &Path) -> Result<Option<String>, PlanFileError> {
-    let mut head = Vec::new();
-    std::fs::File::open(path)?.take(LOOKED_AT).read_to_end(&mut head)?;
-    let packed = head.starts_with(&[0x1f, 0x8b]) || head.starts_with(b"BZh");
-    let head = String::from_utf8_lossy(&head);
-    let head = head.trim_start_matches('\u{feff}').trim_start();
-    if packed || head.starts_with('{') || wall_list::is_one(head) { Ok(Some(text::read(path)?)) } else { Ok(None) }
+/// Reads all storeys of a plan of any format as shapes, or that of [`PlanOptions::level`], to be kept ([`native::write`]) or handed on ([`export`]).
+///
+/// # Errors
+/// As [`read`].
+pub fn import(path: &Path, options: &PlanOptions) -> Result<PlanDocument, PlanFileError> {
+    let mut notes = Vec::new();
+    let (opened, source) = open::open(path, options, &mut notes)?;
+    let mut building = open::building(opened, &mut notes)?;
+    if options.level.is_some() {
+        building.levels = vec![storeys::choose(&building, options.level.as_deref(), &mut notes)?.clone()];
+    }
+    Ok(PlanDocument { building, source, notes })
 }
 
-fn stated_scale(options: &PlanOptions) -> Result<Option<f64>, PlanFileError> {
-    let scale = match (options.metres_per_pixel, options.measure) {
-        (Some(_), Some(_)) => return Err(PlanFileError::TwoScales),
-        (Some(scale), None) => Some(scale),
-        (None, Some(measure)) => Some(measure.metres_per_pixel()),
-        (None, None) => None,
-    };
-    match scale {
-        Some(metres_per_pixel) if !(metres_per_pixel > 0.0 && metres_per_pixel <= 10.0) => {
-            Err(PlanFileError::BadScale { metres_per_pixel })
-        }
-        scale => Ok(scale),
-    }
+/// The storey that is meant: the one that is asked for, or the ground floor; with a note for people where there are others.
+///
+/// # Errors
+/// [`PlanFileError::NoSuchLevel`].
+pub fn level<'a>(building: &'a Building, options: &PlanOptions, notes: &mut Vec<String>) -> Result<&'a Level, PlanFileError> {
+    storeys::choose(building, options.level.as_deref(), notes)
+}
+
+fn storey(building: &Building, options: &PlanOptions, notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
+    let level = level(building, options, notes)?;
+    vector::draw(&level.elements, notes)
 }

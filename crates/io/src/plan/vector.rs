@@ -1,14 +1,13 @@
 //! How do drawn shapes become the plan's cells? Floors first, then walls and windows, then doors, which win.
 //!
-//! shapes in metres ─▶ grid of 5 cm, or coarser for large sites ─▶ cells ─▶ [`FloorPlan`]
+//! one storey's elements ─▶ grid of 5 cm, or coarser for large sites ─▶ cells ─▶ [`FloorPlan`]
 //!
 //! Everything takes every cell that it touches, so that no thin wall gets holes and no seam between two floors is a gap. Areas are filled by the even-odd rule: holes stay holes, whichever way rings run.
 //! The plan's origin keeps the metres of the file, which may be millions (a projected map's easting and northing).
 
-use planwalk_types::{Cell, FloorPlan, Plan, PlanError, Pt2};
+use planwalk_types::{Cell, Element, ElementKind, FloorPlan, Form, Plan, PlanError, Pt2};
 
-use super::kind::Kind;
-use super::{PlanFile, PlanFileError};
+use super::PlanFileError;
 
 /// Smallest side of a cell, as in [`super::cells`].
 const FINEST_M: f64 = 0.05;
@@ -30,82 +29,39 @@ const POINT_DOOR_M: f64 = 0.9;
 /// Share of the enclosed ground that floors must cover for the rest to count as not drawn.
 const FLOORS_ARE_ALL: f64 = 0.6;
 
-/// A point in metres.
-pub(super) type Point = [f64; 2];
+/// A point of the grid: columns and rows from its corner.
+type Point = [f64; 2];
 
-/// Where a shape is.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Form {
-    /// Rings, the first the outline, the others holes; closed or not.
-    Area(Vec<Vec<Point>>),
-    /// A chain of straight pieces.
-    Line(Vec<Point>),
-    /// A place.
-    Spot(Point),
-}
-
-/// Something drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shape {
-    pub kind: Kind,
-    pub form: Form,
-}
-
-impl Form {
-    pub(super) fn chains(&self) -> impl Iterator<Item = &[Point]> {
-        let (rings, line, spot): (&[Vec<Point>], &[Point], &[Point]) = match self {
-            Self::Area(rings) => (rings, &[], &[]),
-            Self::Line(line) => (&[], line, &[]),
-            Self::Spot(spot) => (&[], &[], std::slice::from_ref(spot)),
-        };
-        rings.iter().map(Vec::as_slice).chain([line, spot])
-    }
-
-    pub(super) fn points_mut(&mut self) -> impl Iterator<Item = &mut Point> {
-        let (rings, line, spot): (&mut [Vec<Point>], &mut [Point], &mut [Point]) = match self {
-            Self::Area(rings) => (rings, &mut [], &mut []),
-            Self::Line(line) => (&mut [], line, &mut []),
-            Self::Spot(spot) => (&mut [], &mut [], std::slice::from_mut(spot)),
-        };
-        rings.iter_mut().flatten().chain(line).chain(spot)
-    }
-}
-
-/// Draws shapes of kinds that count.
-pub(super) fn draw(shapes: &[Shape], mut notes: Vec<String>) -> Result<PlanFile, PlanFileError> {
-    let mut shapes: Vec<&Shape> = shapes.iter().filter(|s| s.kind != Kind::Passed).collect();
-    let count = |kind: Kind| shapes.iter().filter(|s| s.kind == kind).count();
-    let [walls, windows, doors, floors] = [Kind::Wall, Kind::Window, Kind::Door, Kind::Floor].map(count);
+/// Draws one storey.
+pub(super) fn draw(elements: &[Element], notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
+    let mut elements: Vec<&Element> = elements.iter().collect();
+    let count = |kind: ElementKind| elements.iter().filter(|e| e.kind == kind).count();
+    let [walls, windows, doors] = [ElementKind::Wall, ElementKind::Window, ElementKind::Door].map(count);
+    let floors = elements.iter().filter(|e| e.kind.is_ground()).count();
     notes.push(format!("drawn from {walls} walls, {windows} windows, {doors} doors and {floors} floor areas"));
-    let mut canvas = Canvas::around(&shapes, &mut notes)?;
-    let outlined = walls + windows == 0 && floors > 0;
-    if outlined {
-        notes.push("no walls are drawn: the outlines of rooms are taken as walls, except where a door crosses them".to_owned());
-    }
+    let mut canvas = Canvas::around(&elements, notes)?;
     // Stable: shapes of one kind stay in the file's order.
-    shapes.sort_by_key(|shape| match shape.kind {
-        Kind::Floor | Kind::Passed => 0,
-        Kind::Wall => 1,
-        Kind::Window => 2,
-        Kind::Door => 3,
+    elements.sort_by_key(|element| match element.kind {
+        ElementKind::Wall => 1,
+        ElementKind::Window => 2,
+        ElementKind::Door => 3,
+        _ => 0,
     });
-    for shape in &shapes {
-        match (shape.kind, &shape.form) {
-            (Kind::Floor, form @ Form::Area(_)) => canvas.solid(form, Cell::Free)?,
-            (Kind::Floor | Kind::Passed, _) => {}
-            (Kind::Wall, form) => canvas.solid(form, Cell::Wall)?,
-            (Kind::Window, form) => canvas.solid(form, Cell::Window)?,
+    for element in &elements {
+        match (element.kind, &element.form) {
+            (ElementKind::Wall, form) => canvas.solid(form, Cell::Wall)?,
+            (ElementKind::Window, form) => canvas.solid(form, Cell::Window)?,
             // After the outlines of rooms.
-            (Kind::Door, _) => {}
+            (ElementKind::Door, _) => {}
+            (_, form @ Form::Area(_)) => canvas.solid(form, Cell::Free)?,
+            _ => {}
         }
     }
-    if outlined {
-        for shape in shapes.iter().filter(|s| s.kind == Kind::Floor) {
-            canvas.outline(&shape.form, Cell::Wall)?;
-        }
+    if walls + windows == 0 && floors > 0 {
+        canvas.wall_in(&elements, notes)?;
     }
-    for shape in shapes.iter().filter(|s| s.kind == Kind::Door) {
-        canvas.solid(&shape.form, Cell::Door)?;
+    for element in elements.iter().filter(|e| e.kind == ElementKind::Door) {
+        canvas.solid(&element.form, Cell::Door)?;
     }
     canvas.plan(floors > 0, notes)
 }
@@ -122,10 +78,10 @@ struct Canvas {
 
 impl Canvas {
     /// A grid that holds the shapes, its corner at a whole number of cells of the file's own metres.
-    fn around(shapes: &[&Shape], notes: &mut Vec<String>) -> Result<Self, PlanFileError> {
-        let points = || shapes.iter().flat_map(|s| s.form.chains()).flatten();
-        let low = points().fold([f64::INFINITY; 2], |l, p| [l[0].min(p[0]), l[1].min(p[1])]);
-        let high = points().fold([f64::NEG_INFINITY; 2], |h, p| [h[0].max(p[0]), h[1].max(p[1])]);
+    fn around(elements: &[&Element], notes: &mut Vec<String>) -> Result<Self, PlanFileError> {
+        let points = || elements.iter().flat_map(|e| e.form.points());
+        let low = points().fold([f64::INFINITY; 2], |l, p| [l[0].min(p.x), l[1].min(p.y)]);
+        let high = points().fold([f64::NEG_INFINITY; 2], |h, p| [h[0].max(p.x), h[1].max(p.y)]);
         let size_m = [0, 1].map(|k| high[k] - low[k] + 2.0 * MARGIN_M);
         if low[0] > high[0] {
             return Err(PlanError::NoWalls.into());
@@ -137,8 +93,8 @@ impl Canvas {
         // Written so that what is not finite is refused too.
         let fits = size_m[0] * size_m[1] <= CELLS_WANTED * cell_m * cell_m && low.iter().chain(&high).all(|v| v.abs() < 1e9);
         if !fits {
-            let far = points().max_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1]))).copied().unwrap_or_default();
-            return Err(PlanFileError::TooWide { width_m: size_m[0], height_m: size_m[1], x: far[0], y: far[1] });
+            let far = points().max_by(|a, b| a.x.hypot(a.y).total_cmp(&b.x.hypot(b.y))).unwrap_or(Pt2::new(0.0, 0.0));
+            return Err(PlanFileError::TooWide { width_m: size_m[0], height_m: size_m[1], x: far.x, y: far.y });
         }
         if cell_m > FINEST_M {
             notes.push(format!("the site is large: cells are {cell_m} m wide instead of {FINEST_M} m"));
@@ -149,8 +105,8 @@ impl Canvas {
     }
 
     /// In cells from the corner.
-    fn to_grid(&self, point: Point) -> Point {
-        [(point[0] - self.origin[0]) / self.cell_m, (point[1] - self.origin[1]) / self.cell_m]
+    fn to_grid(&self, point: Pt2<Plan>) -> Point {
+        [(point.x - self.origin[0]) / self.cell_m, (point.y - self.origin[1]) / self.cell_m]
     }
 
     fn index(&self, at: Point) -> Option<usize> {
@@ -188,7 +144,7 @@ impl Canvas {
         Ok(())
     }
 
-    fn chain(&mut self, line: &[Point], cell: Cell) -> Result<(), PlanFileError> {
+    fn chain(&mut self, line: &[Pt2<Plan>], cell: Cell) -> Result<(), PlanFileError> {
         for ends in line.windows(2) {
             for at in self.points(ends[0], ends[1])? {
                 if let Some(i) = self.index(at) {
@@ -200,7 +156,7 @@ impl Canvas {
     }
 
     /// Points of a straight piece, in cells. Half-cell steps leave no gap, not even diagonally.
-    fn points(&mut self, from: Point, to: Point) -> Result<impl Iterator<Item = Point> + use<>, PlanFileError> {
+    fn points(&mut self, from: Pt2<Plan>, to: Pt2<Plan>) -> Result<impl Iterator<Item = Point> + use<>, PlanFileError> {
         let (from, to) = (self.to_grid(from), self.to_grid(to));
         let way = [to[0] - from[0], to[1] - from[1]];
         let count = (2.0 * way[0].hypot(way[1])).ceil().max(1.0);
@@ -209,8 +165,8 @@ impl Canvas {
     }
 
     /// A door or window drawn as a line: its own cells, and the wall to either side of it.
-    fn through(&mut self, from: Point, to: Point, cell: Cell) -> Result<(), PlanFileError> {
-        let way = [to[0] - from[0], to[1] - from[1]];
+    fn through(&mut self, from: Pt2<Plan>, to: Pt2<Plan>, cell: Cell) -> Result<(), PlanFileError> {
+        let way = [to.x - from.x, to.y - from.y];
         let length = way[0].hypot(way[1]);
         let normal = if length > 0.0 { [-way[1] / length, way[0] / length] } else { [0.0, 0.0] };
         let reach = (2.0 * THICKEST_WALL_M / self.cell_m).ceil() as usize;
@@ -239,7 +195,7 @@ impl Canvas {
     }
 
     /// A door given as a point: the walls around it.
-    fn spot(&mut self, at: Point) -> Result<(), PlanFileError> {
+    fn spot(&mut self, at: Pt2<Plan>) -> Result<(), PlanFileError> {
         let centre = self.to_grid(at);
         let radius = 0.5 * POINT_DOOR_M / self.cell_m;
         let reach = radius.ceil() as isize;
@@ -256,8 +212,28 @@ impl Canvas {
         Ok(())
     }
 
+    /// Walls where none are drawn: along the outlines of rooms; and where there are none of these either, as for streets, where the
+    /// ground ends.
+    fn wall_in(&mut self, elements: &[&Element], notes: &mut Vec<String>) -> Result<(), PlanFileError> {
+        let rooms = || elements.iter().filter(|e| matches!(e.kind, ElementKind::Room | ElementKind::Stairs | ElementKind::Lift));
+        if rooms().next().is_some() {
+            notes.push("no walls are drawn: the outlines of rooms are taken as walls, except where a door crosses them".to_owned());
+            return rooms().try_for_each(|room| self.outline(&room.form, Cell::Wall));
+        }
+        notes.push("no walls are drawn: where the ground ends there is taken to be one".to_owned());
+        let ground: Vec<bool> = self.cells.iter().map(|cell| *cell == Cell::Free).collect();
+        for (i, cell) in self.cells.iter_mut().enumerate() {
+            let (x, y) = (i % self.width, i / self.width);
+            let (columns, rows) = (x.saturating_sub(1)..(x + 2).min(self.width), y.saturating_sub(1)..(y + 2).min(self.height));
+            if !ground[i] && rows.clone().any(|y| columns.clone().any(|x| ground[y * self.width + x])) {
+                *cell = Cell::Wall;
+            }
+        }
+        Ok(())
+    }
+
     /// Cells whose centres lie inside, by the even-odd rule, row by row.
-    fn fill(&mut self, rings: &[Vec<Point>], cell: Cell) -> Result<(), PlanFileError> {
+    fn fill(&mut self, rings: &[Vec<Pt2<Plan>>], cell: Cell) -> Result<(), PlanFileError> {
         let mut edges = self.edges(rings)?;
         edges.sort_by_key(|edge| edge.rows.start);
         let mut coming = edges.into_iter().peekable();
@@ -288,7 +264,7 @@ impl Canvas {
         Ok(())
     }
 
-    fn edges(&mut self, rings: &[Vec<Point>]) -> Result<Vec<Edge>, PlanFileError> {
+    fn edges(&mut self, rings: &[Vec<Pt2<Plan>>]) -> Result<Vec<Edge>, PlanFileError> {
         let mut edges = Vec::new();
         for ring in rings {
             for (k, from) in ring.iter().enumerate() {
@@ -308,12 +284,12 @@ impl Canvas {
     }
 
     /// The plan: ground under no floor is free where floors are few, else not known.
-    fn plan(mut self, has_floors: bool, mut notes: Vec<String>) -> Result<PlanFile, PlanFileError> {
+    fn plan(mut self, has_floors: bool, notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
         let origin: Pt2<Plan> = Pt2::new(self.origin[0], self.origin[1]);
         let bare: Vec<Cell> = self.cells.iter().map(|c| if *c == Cell::Unknown { Cell::Free } else { *c }).collect();
         let plan = FloorPlan::new(origin, self.cell_m, self.width, self.height, bare)?;
         if !has_floors {
-            return Ok(PlanFile { plan, notes });
+            return Ok(plan);
         }
         let enclosed = |i: &usize| plan.inside()[*i] > 0.5;
         let (floor, ground): (Vec<usize>, Vec<usize>) =
@@ -322,11 +298,11 @@ impl Canvas {
         if share < FLOORS_ARE_ALL {
             let percent = 100.0 * share;
             notes.push(format!("the floor areas cover only {percent:.0} % of what walls enclose: what lies between counts as floor too"));
-            return Ok(PlanFile { plan, notes });
+            return Ok(plan);
         }
         notes.push("what lies under no floor area counts as not known: one may walk there, but it is unlikely".to_owned());
         let cells = std::mem::take(&mut self.cells);
-        Ok(PlanFile { plan: FloorPlan::new(origin, self.cell_m, self.width, self.height, cells)?, notes })
+        Ok(FloorPlan::new(origin, self.cell_m, self.width, self.height, cells)?)
     }
 }
 
@@ -341,18 +317,22 @@ struct Edge {
 mod tests {
     use super::*;
 
-    fn ring(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<Point> {
-        vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+    fn chain(points: &[[f64; 2]]) -> Vec<Pt2<Plan>> {
+        points.iter().map(|[x, y]| Pt2::new(*x, *y)).collect()
     }
 
-    fn shape(kind: Kind, form: Form) -> Shape {
-        Shape { kind, form }
+    fn ring(x0: f64, y0: f64, x1: f64, y1: f64) -> Vec<Pt2<Plan>> {
+        chain(&[[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    }
+
+    fn drawn(elements: &[Element]) -> FloorPlan {
+        draw(elements, &mut Vec::new()).unwrap()
     }
 
     /// A room of 4 m × 3 m inside walls 0.2 m thick, as one area with a hole, far from the origin.
-    fn walls() -> Shape {
+    fn walls() -> Element {
         let at = |x0: f64, y0: f64, x1: f64, y1: f64| ring(566_600.0 + x0, 5_932_800.0 + y0, 566_600.0 + x1, 5_932_800.0 + y1);
-        shape(Kind::Wall, Form::Area(vec![at(-0.2, -0.2, 4.2, 3.2), at(0.0, 0.0, 4.0, 3.0)]))
+        Element::new(ElementKind::Wall, Form::Area(vec![at(-0.2, -0.2, 4.2, 3.2), at(0.0, 0.0, 4.0, 3.0)]))
     }
 
     fn here(x: f64, y: f64) -> Pt2<Plan> {
@@ -361,7 +341,7 @@ mod tests {
 
     #[test]
     fn walls_are_filled_and_their_holes_are_rooms() {
-        let plan = draw(&[walls()], Vec::new()).unwrap().plan;
+        let plan = drawn(&[walls()]);
         assert_eq!(plan.at(here(2.0, 1.5)), Cell::Free);
         assert_eq!(plan.at(here(-0.1, 1.5)), Cell::Wall);
         assert_eq!(plan.at(here(4.1, 3.1)), Cell::Wall);
@@ -375,13 +355,13 @@ mod tests {
         let [x, y] = [566_600.0, 5_932_800.0];
         for form in [
             Form::Area(vec![ring(x + 1.0, y - 0.2, x + 1.9, y)]),
-            Form::Line(vec![[x + 1.0, y - 0.1], [x + 1.9, y - 0.1]]),
+            Form::Line(chain(&[[x + 1.0, y - 0.1], [x + 1.9, y - 0.1]])),
             // Along the inner face, and along the outer.
-            Form::Line(vec![[x + 1.0, y], [x + 1.9, y]]),
-            Form::Line(vec![[x + 1.0, y - 0.2], [x + 1.9, y - 0.2]]),
-            Form::Spot([x + 1.45, y - 0.1]),
+            Form::Line(chain(&[[x + 1.0, y], [x + 1.9, y]])),
+            Form::Line(chain(&[[x + 1.0, y - 0.2], [x + 1.9, y - 0.2]])),
+            Form::Spot(here(1.45, -0.1)),
         ] {
-            let plan = draw(&[shape(Kind::Door, form.clone()), walls()], Vec::new()).unwrap().plan;
+            let plan = drawn(&[Element::new(ElementKind::Door, form.clone()), walls()]);
             for depth in [-0.19, -0.1, -0.01] {
                 assert_eq!(plan.at(here(1.45, depth)), Cell::Door, "{form:?} at {depth}");
             }
@@ -393,8 +373,8 @@ mod tests {
     #[test]
     fn thin_slanted_walls_have_no_holes() {
         // 1 cm thick: few of its cells have their centre in it.
-        let thin = shape(Kind::Wall, Form::Area(vec![vec![[0.0, 0.0], [10.0, 3.0], [10.0, 3.01], [0.0, 0.01]]]));
-        let plan = draw(&[thin], Vec::new()).unwrap().plan;
+        let thin = Element::new(ElementKind::Wall, Form::Area(vec![chain(&[[0.0, 0.0], [10.0, 3.0], [10.0, 3.01], [0.0, 0.01]])]));
+        let plan = drawn(&[thin]);
         for i in 0..1000 {
             let t = f64::from(i) / 1000.0;
             let (x, y) = (10.0 * t, 3.0 * t + 0.005);
@@ -406,37 +386,49 @@ mod tests {
     #[test]
     fn rooms_without_walls_are_walled_and_what_is_around_is_not_known() {
         let rooms = [
-            shape(Kind::Floor, Form::Area(vec![ring(0.0, 0.0, 4.0, 3.0)])),
-            shape(Kind::Floor, Form::Area(vec![ring(4.0, 0.0, 8.0, 3.0)])),
-            shape(Kind::Door, Form::Line(vec![[4.0, 1.0], [4.0, 2.0]])),
+            Element::new(ElementKind::Room, Form::Area(vec![ring(0.0, 0.0, 4.0, 3.0)])),
+            Element::new(ElementKind::Room, Form::Area(vec![ring(4.0, 0.0, 8.0, 3.0)])),
+            Element::new(ElementKind::Door, Form::Line(chain(&[[4.0, 1.0], [4.0, 2.0]]))),
         ];
-        let file = draw(&rooms, Vec::new()).unwrap();
-        assert!(file.notes.iter().any(|n| n.contains("outlines of rooms")), "{:?}", file.notes);
-        let at = |x, y| file.plan.at(Pt2::new(x, y));
+        let mut notes = Vec::new();
+        let plan = draw(&rooms, &mut notes).unwrap();
+        assert!(notes.iter().any(|n| n.contains("outlines of rooms")), "{notes:?}");
+        let at = |x, y| plan.at(Pt2::new(x, y));
         assert_eq!([at(2.0, 1.5), at(4.01, 0.5), at(4.01, 1.5), at(-0.5, 1.5)], [Cell::Free, Cell::Wall, Cell::Door, Cell::Unknown]);
     }
 
     #[test]
+    fn streets_end_where_their_ground_ends() {
+        let street = |ring: Vec<Pt2<Plan>>| Element::new(ElementKind::Floor, Form::Area(vec![ring]));
+        let plan = drawn(&[street(ring(0.0, 0.0, 20.0, 4.0)), street(ring(8.0, 0.0, 12.0, 20.0))]);
+        let at = |x, y| plan.at(Pt2::new(x, y));
+        // Where they meet there is no wall.
+        assert_eq!([at(10.0, 4.0), at(8.02, 3.9), at(4.0, 4.09), at(4.0, 4.5)], [Cell::Free, Cell::Free, Cell::Wall, Cell::Unknown]);
+    }
+
+    #[test]
     fn few_floor_areas_say_nothing_of_the_rest() {
-        let stairs = shape(Kind::Floor, Form::Area(vec![ring(566_600.5, 5_932_800.5, 566_601.0, 5_932_801.0)]));
-        let file = draw(&[walls(), stairs], Vec::new()).unwrap();
-        assert_eq!(file.plan.at(here(3.0, 2.0)), Cell::Free);
-        assert!(file.notes.iter().any(|n| n.contains("cover only")), "{:?}", file.notes);
+        let stairs = Element::new(ElementKind::Room, Form::Area(vec![ring(566_600.5, 5_932_800.5, 566_601.0, 5_932_801.0)]));
+        let mut notes = Vec::new();
+        let plan = draw(&[walls(), stairs], &mut notes).unwrap();
+        assert_eq!(plan.at(here(3.0, 2.0)), Cell::Free);
+        assert!(notes.iter().any(|n| n.contains("cover only")), "{notes:?}");
     }
 
     #[test]
     fn hostile_shapes_are_refused_in_bounded_time() {
-        let refused = |form: Form| draw(&[shape(Kind::Wall, form)], Vec::new()).err().unwrap();
+        let draw = |elements: &[Element]| draw(elements, &mut Vec::new());
+        let refused = |form: Form| draw(&[Element::new(ElementKind::Wall, form)]).err().unwrap();
         for far in [1e7, 1e300, f64::INFINITY, f64::NAN] {
-            let error = refused(Form::Line(vec![[0.0, 0.0], [far, far], [5.0, 5.0]]));
+            let error = refused(Form::Line(chain(&[[0.0, 0.0], [far, far], [5.0, 5.0]])));
             assert!(matches!(error, PlanFileError::TooWide { .. } | PlanFileError::Plan(_)), "{far}: {error}");
         }
         // Up and down a million times over 200 m.
-        let zigzag = (0..1_000_000).map(|i| [f64::from(i) * 1e-4, if i % 2 == 0 { 0.0 } else { 200.0 }]).collect();
+        let zigzag = (0..1_000_000).map(|i| Pt2::new(f64::from(i) * 1e-4, if i % 2 == 0 { 0.0 } else { 200.0 })).collect();
         assert!(matches!(refused(Form::Area(vec![zigzag])), PlanFileError::TooIntricate { .. }));
         assert!(matches!(refused(Form::Area(vec![vec![], vec![]])), PlanFileError::Plan(PlanError::NoWalls)));
         // One point is a wall of one cell.
-        assert!(draw(&[shape(Kind::Wall, Form::Area(vec![vec![[1.0, 1.0]]]))], Vec::new()).is_ok());
-        assert!(draw(&[], Vec::new()).is_err());
+        assert!(draw(&[Element::new(ElementKind::Wall, Form::Area(vec![chain(&[[1.0, 1.0]])]))]).is_ok());
+        assert!(draw(&[]).is_err());
     }
 }

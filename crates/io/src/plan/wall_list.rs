@@ -1,10 +1,12 @@
-//! What does a plain list of walls say? CSV `x0,y0,x1,y1[,kind]`: two ends in metres, and wall, door or window.
+//! What does a plain list of walls say? CSV `x0,y0,x1,y1[,kind]`: two ends, and wall, door or window.
 //!
 //! A header may stand on top and may call the ends 1 and 2; then columns are found by its names. Without one they are in this order.
+//! Metres, unless the header's names end in another unit (`x0_ft`), or a number alone stands before the first wall: metres in a unit.
 
-use super::kind::{self, Kind};
-use super::vector::{self, Form, Shape};
-use super::{PlanFile, PlanFileError};
+use planwalk_types::{Building, Element, ElementKind, Form, Pt2};
+
+use super::PlanFileError;
+use super::kind::{self, Meaning};
 use crate::text;
 
 /// Names of the columns, in the two ways of counting.
@@ -12,10 +14,16 @@ const NAMES: [[&str; 4]; 2] = [["x0", "y0", "x1", "y1"], ["x1", "y1", "x2", "y2"
 /// Names of the column that says what it is.
 const KIND: [&str; 3] = ["kind", "type", "category"];
 
-/// Where the columns are.
+/// Endings of a header's names, and metres in that unit.
+const UNITS: [(&str, f64); 7] =
+    [("_m", 1.0), ("_cm", 0.01), ("_mm", 0.001), ("_ft", FOOT_M), ("_feet", FOOT_M), ("_in", FOOT_M / 12.0), ("_inch", FOOT_M / 12.0)];
+const FOOT_M: f64 = 0.3048;
+
+/// Where the columns are, and what their numbers are.
 struct Columns {
     ends: [usize; 4],
     kind: Option<usize>,
+    metres_per_unit: f64,
 }
 
 fn cells(row: &str) -> Vec<&str> {
@@ -25,28 +33,47 @@ fn cells(row: &str) -> Vec<&str> {
 impl Columns {
     /// As a header names them.
     fn of(header: &str) -> Option<Self> {
-        let bare = |name: &&str| name.trim_start_matches('#').trim().to_ascii_lowercase().trim_end_matches("_m").to_owned();
-        let names: Vec<String> = cells(header).iter().map(bare).collect();
+        let bare = |name: &&str| name.trim_start_matches('#').trim().to_ascii_lowercase();
+        let mut names: Vec<String> = cells(header).iter().map(bare).collect();
+        let mut metres_per_unit = 1.0;
+        for name in &mut names {
+            if let Some((short, metres)) = UNITS.iter().find_map(|(ending, metres)| Some((name.strip_suffix(ending)?.to_owned(), *metres)))
+            {
+                (*name, metres_per_unit) = (short, metres);
+            }
+        }
         let find = |name: &str| names.iter().position(|n| n == name);
         let ends = NAMES.iter().find_map(|wanted| {
             let found: Vec<usize> = wanted.iter().map_while(|name| find(name)).collect();
             found.try_into().ok()
         })?;
-        Some(Self { ends, kind: KIND.iter().find_map(|name| find(name)) })
+        Some(Self { ends, kind: KIND.iter().find_map(|name| find(name)), metres_per_unit })
     }
 
     /// Without a header: four numbers, and perhaps a word.
     fn in_order(row: &str) -> Option<Self> {
         let cells = cells(row);
         let ends = cells.len() >= 4 && cells[..4].iter().all(|cell| cell.parse::<f64>().is_ok());
-        ends.then_some(Self { ends: [0, 1, 2, 3], kind: Some(4) })
+        ends.then(Self::default)
     }
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self { ends: [0, 1, 2, 3], kind: Some(4), metres_per_unit: 1.0 }
+    }
+}
+
+/// A number alone: metres in a unit.
+fn unit_alone(row: &str) -> Option<f64> {
+    row.trim().parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite())
 }
 
 /// Whether a text that begins like this is a list of walls.
 pub(super) fn is_one(head: &str) -> bool {
-    let first = head.lines().find(|line| !line.trim().is_empty() && !is_comment(line));
-    first.is_some_and(|line| Columns::of(line).is_some() || Columns::in_order(line).is_some())
+    let mut rows = head.lines().filter(|line| !line.trim().is_empty() && !is_comment(line)).peekable();
+    rows.next_if(|row| unit_alone(row).is_some());
+    rows.next().is_some_and(|line| Columns::of(line).is_some() || Columns::in_order(line).is_some())
 }
 
 /// A comment; but a header may be one too.
@@ -54,47 +81,51 @@ fn is_comment(line: &str) -> bool {
     line.trim_start().starts_with('#') && Columns::of(line).is_none()
 }
 
-/// Draws the walls of a list.
-pub(super) fn read(text: &str) -> Result<PlanFile, PlanFileError> {
-    let mut notes = Vec::new();
+/// The walls of a list.
+pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, PlanFileError> {
     let mut rows = (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !line.is_empty() && !is_comment(line)).peekable();
+    let alone = rows.next_if(|(_, row)| unit_alone(row).is_some()).and_then(|(_, row)| unit_alone(row));
     let header = rows.peek().and_then(|(_, row)| Columns::of(row));
-    let columns = match header {
-        Some(columns) => {
-            rows.next();
-            columns
-        }
-        None => Columns { ends: [0, 1, 2, 3], kind: Some(4) },
-    };
-    let mut shapes = Vec::new();
-    for (line, row) in rows {
-        shapes.push(shape(line, &cells(row), &columns)?);
+    if header.is_some() {
+        rows.next();
     }
-    notes.push(format!("a list of {} walls, doors and windows in metres", shapes.len()));
-    vector::draw(&shapes, notes)
+    let mut columns = header.unwrap_or_default();
+    columns.metres_per_unit *= alone.unwrap_or(1.0);
+    let mut elements = Vec::new();
+    for (line, row) in rows {
+        elements.push(element(line, &cells(row), &columns)?);
+    }
+    notes.push(format!("a list of {} walls, doors and windows; their unit is {} m", elements.len(), columns.metres_per_unit));
+    Ok(Building::of_one_level(elements))
 }
 
-fn shape(line: usize, cells: &[&str], columns: &Columns) -> Result<Shape, PlanFileError> {
+fn element(line: usize, cells: &[&str], columns: &Columns) -> Result<Element, PlanFileError> {
     let number = |k: usize| {
         let cell = cells.get(columns.ends[k]).copied().unwrap_or("");
-        let value = cell.parse().ok().filter(|v: &f64| v.is_finite());
+        let value = cell.parse().ok().map(|v: f64| v * columns.metres_per_unit).filter(|v| v.is_finite());
         value.ok_or_else(|| PlanFileError::BadWall { line, why: format!("{} is \"{}\", no finite number", NAMES[0][k], text::short(cell)) })
     };
     let word = columns.kind.and_then(|at| cells.get(at)).copied().unwrap_or("");
     let kind = match kind::of(word) {
-        None if word.is_empty() => Kind::Wall,
-        Some(kind @ (Kind::Wall | Kind::Door | Kind::Window)) => kind,
+        None if word.is_empty() => ElementKind::Wall,
+        Some(Meaning::Part(kind)) if !kind.is_ground() => kind,
         _ => return Err(PlanFileError::BadWall { line, why: format!("\"{}\" is no kind of wall", text::short(word)) }),
     };
-    Ok(Shape { kind, form: Form::Line(vec![[number(0)?, number(1)?], [number(2)?, number(3)?]]) })
+    let ends = vec![Pt2::new(number(0)?, number(1)?), Pt2::new(number(2)?, number(3)?)];
+    Ok(Element { source: Some(format!("line {line}")), ..Element::new(kind, Form::Line(ends)) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planwalk_types::{Cell, Pt2};
+    use planwalk_types::{Cell, FloorPlan};
 
     const ROOM: &str = "0,0,4,0\n4,0,4,3\n4,3,0,3\n0,3,0,0\n";
+
+    fn drawn(text: &str) -> FloorPlan {
+        let building = read(text, &mut Vec::new()).unwrap();
+        super::super::vector::draw(&building.levels[0].elements, &mut Vec::new()).unwrap()
+    }
 
     #[test]
     fn walls_doors_and_windows_are_drawn_with_or_without_a_header() {
@@ -105,7 +136,7 @@ mod tests {
             format!("# a flat\nx1_m;y1_m;x2_m;y2_m;type\n{ROOM}{more}"),
         ] {
             assert!(is_one(&list), "{list}");
-            let plan = read(&list).unwrap().plan;
+            let plan = drawn(&list);
             let at = |x, y| plan.at(Pt2::new(x, y));
             assert_eq!([at(3.0, 0.01), at(1.5, 0.01), at(0.01, 1.5), at(2.0, 1.5)], [Cell::Wall, Cell::Door, Cell::Window, Cell::Free]);
         }
@@ -113,20 +144,30 @@ mod tests {
 
     #[test]
     fn columns_are_found_by_name() {
-        let plan = read("name,y1,x1,y0,x0\na,0,4,0,0\nb,3,4,3,0\n").unwrap().plan;
+        let plan = drawn("name,y1,x1,y0,x0\na,0,4,0,0\nb,3,4,3,0\n");
         assert_eq!((plan.at(Pt2::new(3.9, 0.01)), plan.at(Pt2::new(3.9, 3.01))), (Cell::Wall, Cell::Wall));
     }
 
     #[test]
+    fn other_units_than_metres_are_put_up_with() {
+        let room = "0,0,10,0\n10,0,10,10\n10,10,0,10\n0,10,0,0\n";
+        for list in [format!("# one foot\n0.3048\n\n# x0, y0, x1, y1 of walls\n{room}"), format!("x0_ft,y0_ft,x1_ft,y1_ft\n{room}")] {
+            assert!(is_one(&list), "{list}");
+            let plan = drawn(&list);
+            assert_eq!((plan.at(Pt2::new(3.05, 1.0)), plan.at(Pt2::new(10.0, 1.0))), (Cell::Wall, Cell::Unknown), "{list}");
+        }
+    }
+
+    #[test]
     fn broken_rows_are_named_with_their_line() {
-        let line = |row: &str| match read(&format!("{ROOM}{row}\n")) {
+        let line = |row: &str| match read(&format!("{ROOM}{row}\n"), &mut Vec::new()) {
             Err(PlanFileError::BadWall { line, .. }) => line,
             other => panic!("{row}: {other:?}"),
         };
         for row in ["1,2,3", "1,2,3,nan", "1,2,3,inf", "a,b,c,d", "1,2,3,4,cupboard", "1,2,3,4,room"] {
             assert_eq!(line(row), 5);
         }
-        assert!(read("x0,y0,x1,y1\n").is_err());
+        assert!(read("x0,y0,x1,y1\n", &mut Vec::new()).unwrap().levels[0].elements.is_empty());
         for other in ["", "P5 10 10 255", "t_s,x_m,y_m\n1,2,3", "1,2,3", "hello, world"] {
             assert!(!is_one(other), "{other}");
         }

@@ -17,7 +17,7 @@ fn room() -> GrayImage {
 }
 
 fn read_plan(path: &Path, metres_per_pixel: Option<f64>) -> Result<plan::PlanFile, PlanFileError> {
-    plan::read(path, &PlanOptions { metres_per_pixel, measure: None })
+    plan::read(path, &PlanOptions { metres_per_pixel, ..PlanOptions::default() })
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn a_drawing_is_a_plan_with_its_origin_at_the_bottom_left() {
     assert_eq!(plan.at(Pt2::new(2.0, 2.0)), Cell::Free);
     // The same by a measure: 80 px are 4 m.
     let measure = Some("10,14,90,14=4m".parse().unwrap());
-    assert_eq!(plan::read(&path, &PlanOptions { metres_per_pixel: None, measure }).unwrap().plan, plan);
+    assert_eq!(plan::read(&path, &PlanOptions { measure, ..PlanOptions::default() }).unwrap().plan, plan);
 }
 
 #[test]
@@ -58,7 +58,10 @@ fn a_picture_without_a_scale_names_both_ways_out() {
         assert!(matches!(read_plan(&path, Some(scale)), Err(PlanFileError::BadScale { .. })), "{scale}");
     }
     let measure = Some("0,0,1,0=1m".parse().unwrap());
-    assert!(matches!(plan::read(&path, &PlanOptions { metres_per_pixel: Some(1.0), measure }), Err(PlanFileError::TwoScales)));
+    assert!(matches!(
+        plan::read(&path, &PlanOptions { metres_per_pixel: Some(1.0), measure, ..PlanOptions::default() }),
+        Err(PlanFileError::TwoScales)
+    ));
 }
 
 #[test]

@@ -33,6 +33,6 @@ pub use error::ErrorPicture;
 pub use overlay::OverlayPicture;
 pub use particles::{ParticleCloud, ParticlePicture};
 pub use placement::PlacementPicture;
-pub use png::{PictureError, png_of};
+pub use png::{PictureError, png_of, png_within};
 pub use track::TrackPicture;
 pub use trajectory::TrajectoryPicture;

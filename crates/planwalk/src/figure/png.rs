@@ -32,6 +32,20 @@ pub fn png_of(svg: &str) -> Result<Vec<u8>, PictureError> {
     pixels_of(svg)?.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
 }
 
+/// The same, made smaller where it would be wider or higher than this.
+///
+/// # Errors
+/// As [`png_of`].
+pub fn png_within(svg: &str, most_px: u32) -> Result<Vec<u8>, PictureError> {
+    let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
+    let (width, height) = (tree.size().width(), tree.size().height());
+    let scale = (most_px as f32 / width.max(height)).min(1.0);
+    let [columns, rows] = [width, height].map(|side| (scale * side).ceil().max(1.0) as u32);
+    let mut pixels = tiny_skia::Pixmap::new(columns, rows).ok_or(PictureError::Size { width: columns, height: rows })?;
+    resvg::render(&tree, tiny_skia::Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
+}
+
 /// The pixels of an SVG drawing at its own size.
 pub(super) fn pixels_of(svg: &str) -> Result<tiny_skia::Pixmap, PictureError> {
     let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;

@@ -29,6 +29,7 @@ pub fn ros_map_yaml(plan: &FloorPlan, image: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::{PlanOptions, read};
     use planwalk_types::Pt2;
 
     #[test]
@@ -38,7 +39,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("m.pgm"), ros_map_image(&plan)).unwrap();
         std::fs::write(folder.path().join("m.yaml"), ros_map_yaml(&plan, "m.pgm")).unwrap();
-        let read = super::super::read(&folder.path().join("m.yaml"), &super::super::PlanOptions::default()).unwrap().plan;
+        let read = read(&folder.path().join("m.yaml"), &PlanOptions::default()).unwrap().plan;
         assert_eq!(read.cells(), plan.cells());
         assert!(read.origin().distance(plan.origin()) < 1e-12 && (read.cell_m() - 0.1).abs() < 1e-12);
     }

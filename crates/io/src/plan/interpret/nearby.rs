@@ -1,0 +1,53 @@
+//! Which pieces are near? A grid of metres in which they are looked up.
+
+use std::collections::HashMap;
+
+use super::{Piece, SketchPoint};
+
+/// Side of a cell, metres: what is asked for is nearer than this.
+const CELL_M: f64 = 1.0;
+/// Most cells that one piece is entered into: a street's length.
+const CELLS_MOST: f64 = 4096.0;
+
+/// Pieces by the cells that they run through.
+pub(super) struct Nearby {
+    cells: HashMap<(i64, i64), Vec<usize>>,
+}
+
+impl Nearby {
+    /// Of the pieces with these numbers.
+    pub(super) fn of<'a>(pieces: impl Iterator<Item = (usize, &'a Piece)>) -> Self {
+        let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
+        for (i, piece) in pieces {
+            for cell in cells_of(piece) {
+                let entered = cells.entry(cell).or_default();
+                if entered.last() != Some(&i) {
+                    entered.push(i);
+                }
+            }
+        }
+        Self { cells }
+    }
+
+    /// Numbers of the pieces within [`CELL_M`] of this one, in rising order; some that are farther are among them.
+    pub(super) fn to(&self, piece: &Piece) -> Vec<usize> {
+        let around = |(x, y): (i64, i64)| (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)));
+        let mut found: Vec<usize> = cells_of(piece).flat_map(around).filter_map(|cell| self.cells.get(&cell)).flatten().copied().collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// The same of a point.
+    pub(super) fn to_point(&self, at: SketchPoint) -> Vec<usize> {
+        self.to(&Piece { from: at, to: at })
+    }
+}
+
+fn cells_of(piece: &Piece) -> impl Iterator<Item = (i64, i64)> + use<> {
+    let (from, way) = (piece.from, piece.way());
+    // Two steps a cell: no cell that matters is stepped over.
+    let count = (2.0 * piece.length() / CELL_M).ceil().clamp(1.0, CELLS_MOST) as usize;
+    let at = move |i: usize| [0, 1].map(|k| ((from[k] + way[k] * i as f64 / count as f64) / CELL_M).floor() as i64);
+    (0..=count).map(move |i| at(i).into())
+}

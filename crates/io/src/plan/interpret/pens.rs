@@ -1,0 +1,170 @@
+//! Which pens drew walls? A pen is what lines have in common: layer, colour, width.
+
+use std::collections::BTreeMap;
+
+use planwalk_types::ElementKind;
+
+use super::super::kind::{self, Meaning};
+use super::{Drawn, Piece, THICKEST_M, shapes, thickness_m};
+
+/// Walls are made of pieces that are at least this long, metres; text and furniture are not.
+const LONG_M: f64 = 0.5;
+/// A layer's name tells pens apart where so many paths bear it; an id that each path has for itself does not.
+const SHARED_BY: usize = 3;
+/// Layers are believed when what they call walls is this long, metres: a room's outline.
+const BELIEVED_M: f64 = 8.0;
+/// Directions are counted in steps of one degree, of a quarter turn.
+const DIRECTIONS: usize = 90;
+/// A direction is one of the building's when it has this share of the whole length.
+const MAIN_SHARE: f64 = 0.05;
+/// Other pens than the best draw walls too from this share of its score on, if they are like it …
+const GOOD_SHARE: f64 = 0.3;
+/// … and from this one on if they have another layer and another colour: routes and axes are long and straight too.
+const UNLIKE_SHARE: f64 = 0.6;
+/// What is filled and thin looks like a wall, more than any line does.
+const FILLED_COUNTS: f64 = 3.0;
+
+/// What one pen drew.
+pub(super) struct Pen<'a> {
+    /// What its layer says.
+    pub meaning: Option<Meaning>,
+    /// In the order in which they were drawn.
+    pub paths: Vec<&'a Drawn<'a>>,
+    width: f64,
+    dashed: bool,
+    name: String,
+}
+
+/// Sorts paths by pen, in the order of their looks.
+pub(super) fn sort<'a>(drawn: &[&'a Drawn<'a>]) -> Vec<Pen<'a>> {
+    let mut shared: BTreeMap<&str, usize> = BTreeMap::new();
+    for part in drawn.iter().flat_map(|path| path.path.layer.split('/')) {
+        *shared.entry(part).or_default() += 1;
+    }
+    let layer_of = |layer: &str| {
+        let parts: Vec<&str> = layer.split('/').filter(|part| shared.get(part).is_some_and(|count| *count >= SHARED_BY)).collect();
+        parts.join("/")
+    };
+    let mut pens: BTreeMap<_, Pen<'a>> = BTreeMap::new();
+    for path in drawn {
+        let p = path.path;
+        let (layer, thousandth) = (layer_of(&p.layer), (1000.0 * p.width).round().clamp(0.0, 1e9) as u64);
+        let meaning = layer.split('/').rev().find_map(kind::of);
+        let look = (layer.clone(), p.stroke, p.fill, thousandth, p.dashed, meaning.map(|m| format!("{m:?}")));
+        let pen = pens.entry(look).or_insert_with(|| Pen { meaning, paths: Vec::new(), width: p.width, dashed: p.dashed, name: layer });
+        pen.paths.push(path);
+    }
+    pens.into_values().collect()
+}
+
+impl Pen<'_> {
+    fn straight(&self) -> impl Iterator<Item = Piece> + '_ {
+        self.paths.iter().filter(|path| !path.path.curved).flat_map(|path| path.pieces())
+    }
+
+    fn is_solid(&self) -> bool {
+        let thin = |shape: &&[&Drawn<'_>]| shape[0].is_filled() && thickness_m(shape) <= THICKEST_M;
+        let all = shapes(&self.paths);
+        2 * all.iter().filter(|shape| thin(shape)).count() > all.len()
+    }
+
+    /// Whether layer or colour are the same, or both fill what they draw.
+    fn is_like(&self, other: &Self) -> bool {
+        let colour = |pen: &Self| pen.paths.first().and_then(|path| path.path.stroke);
+        self.name == other.name || colour(self) == colour(other) || self.is_solid() && other.is_solid()
+    }
+
+    fn says(&self, wanted: ElementKind) -> bool {
+        self.meaning == Some(Meaning::Part(wanted))
+    }
+
+    /// Metres of long straight pieces along the building's directions, less where they do not reach over the drawing.
+    fn score(&self, of: &Whole) -> f64 {
+        if self.dashed || self.meaning.is_some() && !self.says(ElementKind::Wall) {
+            return 0.0;
+        }
+        let long: Vec<Piece> = self.straight().filter(|piece| piece.length() >= LONG_M).collect();
+        let along: f64 = long.iter().filter(|piece| of.main[direction(piece)]).map(Piece::length).sum();
+        let reach = Bounds::of(&long).area() / of.bounds.area().max(f64::MIN_POSITIVE);
+        along * reach.clamp(0.0, 1.0) * if self.is_solid() { FILLED_COUNTS } else { 1.0 }
+    }
+}
+
+/// The pens that drew walls; with a note of how they were known.
+pub(super) fn choose<'a, 'b>(pens: &'b [Pen<'a>], notes: &mut Vec<String>) -> Vec<&'b Pen<'a>> {
+    let by_layer: Vec<&Pen<'a>> = pens.iter().filter(|pen| pen.says(ElementKind::Wall)).collect();
+    let length: f64 = by_layer.iter().flat_map(|pen| pen.straight()).map(|piece| piece.length()).sum();
+    if length >= BELIEVED_M {
+        notes.push(format!("walls are what layers call so: {length:.0} m of lines"));
+        return by_layer;
+    }
+    let whole = Whole::of(pens);
+    let scores: Vec<f64> = pens.iter().map(|pen| pen.score(&whole)).collect();
+    let Some((best, most)) = pens.iter().zip(&scores).max_by(|a, b| a.1.total_cmp(b.1)) else { return Vec::new() };
+    let good = |(pen, score): &(&'b Pen<'a>, &f64)| {
+        let share = if pen.is_like(best) { GOOD_SHARE } else { UNLIKE_SHARE };
+        **score > 0.0 && **score >= share * most && (pen.is_solid() || 2.0 * pen.width >= best.width)
+    };
+    let chosen: Vec<&Pen<'a>> = pens.iter().zip(&scores).filter(good).map(|(pen, _)| pen).collect();
+    let names: Vec<String> = chosen.iter().map(|pen| format!("\"{}\" of width {:.2}", pen.name, pen.width)).collect();
+    notes.push(format!(
+        "no layer says what is a wall: of {} pens those are taken that draw long straight lines all over the drawing: {}",
+        pens.len(),
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    ));
+    chosen
+}
+
+/// Degrees modulo a quarter turn, rounded.
+fn direction(piece: &Piece) -> usize {
+    let [x, y] = piece.way();
+    (y.atan2(x).to_degrees().rem_euclid(90.0).round() as usize) % DIRECTIONS
+}
+
+/// What all pens drew.
+struct Whole {
+    bounds: Bounds,
+    /// Which directions are the building's.
+    main: [bool; DIRECTIONS],
+}
+
+impl Whole {
+    fn of(pens: &[Pen<'_>]) -> Self {
+        let long: Vec<Piece> = pens.iter().flat_map(|pen| pen.straight()).filter(|piece| piece.length() >= LONG_M).collect();
+        let mut metres = [0.0; DIRECTIONS];
+        for piece in &long {
+            metres[direction(piece)] += piece.length();
+        }
+        let all: f64 = metres.iter().sum();
+        // A degree to either side belongs to it.
+        let near = |k: usize| metres[k] + metres[(k + 1) % DIRECTIONS] + metres[(k + DIRECTIONS - 1) % DIRECTIONS];
+        Self { bounds: Bounds::of(&long), main: std::array::from_fn(|k| near(k) >= MAIN_SHARE * all) }
+    }
+}
+
+/// A rectangle along the axes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+}
+
+impl Bounds {
+    pub(super) fn of<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Self {
+        let mut bounds = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+        for at in pieces.into_iter().flat_map(|piece| [piece.from, piece.to]) {
+            bounds.low = [bounds.low[0].min(at[0]), bounds.low[1].min(at[1])];
+            bounds.high = [bounds.high[0].max(at[0]), bounds.high[1].max(at[1])];
+        }
+        bounds
+    }
+
+    pub(super) fn size(&self) -> [f64; 2] {
+        [0, 1].map(|k| (self.high[k] - self.low[k]).max(0.0))
+    }
+
+    fn area(&self) -> f64 {
+        let [width, height] = self.size();
+        width * height
+    }
+}

@@ -1,0 +1,104 @@
+//! Where are doors? Where their leaves swing: a quarter of a circle about the hinge, from one jamb into the room.
+
+use planwalk_types::{Element, ElementKind, Form};
+
+use super::nearby::Nearby;
+use super::{Drawn, Piece, point};
+
+/// Width of a leaf, metres.
+const LEAF_M: std::ops::RangeInclusive<f64> = 0.5..=1.5;
+/// How far a leaf swings, radians: 60° to 120° (some are drawn half open, some a little more than square).
+const SWING_RAD: std::ops::RangeInclusive<f64> = 1.04..=2.1;
+/// A leaf is drawn this near to where its arc ends, metres: half of its thickness.
+const LEAF_OFF_M: f64 = 0.08;
+/// A door fills the gap in its wall up to this, metres.
+const JAMB_M: f64 = 0.2;
+
+/// The swings on a drawing.
+pub(super) fn on(drawn: &[&Drawn<'_>]) -> Vec<Swing> {
+    drawn.iter().filter_map(|path| Swing::of(path)).collect()
+}
+
+/// The lines that are no leaves: a leaf goes from the hinge of a swing to one of its ends, and nowhere else.
+pub(super) fn without_leaves(lines: Vec<Piece>, swings: &[Swing]) -> Vec<Piece> {
+    let ends = |swing: &Swing| swing.ends.map(|end| Piece { from: swing.hinge, to: end });
+    let leaves: Vec<Piece> = swings.iter().flat_map(ends).collect();
+    let nearby = Nearby::of(leaves.iter().enumerate());
+    let is_leaf = |line: &Piece| {
+        let near = |a: [f64; 2], b: [f64; 2]| distance(a, b) <= LEAF_OFF_M;
+        let same =
+            |leaf: &Piece| (near(leaf.from, line.from) && near(leaf.to, line.to)) || (near(leaf.from, line.to) && near(leaf.to, line.from));
+        nearby.to_point(line.from).into_iter().any(|i| same(&leaves[i]))
+    };
+    lines.into_iter().filter(|line| !is_leaf(line)).collect()
+}
+
+/// Doors that swing between walls that were found.
+pub(super) fn doors(swings: &[Swing], found: &[Element]) -> Vec<Element> {
+    let walls: Vec<Piece> = found
+        .iter()
+        .filter(|element| element.kind == ElementKind::Wall)
+        .flat_map(|element| {
+            let closed = matches!(element.form, Form::Area(_));
+            element.form.chains().flat_map(move |chain| {
+                let ends = if closed { chain.len() } else { chain.len().saturating_sub(1) };
+                (0..ends).map(move |i| {
+                    let (from, to) = (chain[i], chain[(i + 1) % chain.len()]);
+                    Piece { from: [from.x, from.y], to: [to.x, to.y] }
+                })
+            })
+        })
+        .collect();
+    let nearby = Nearby::of(walls.iter().enumerate());
+    swings.iter().filter_map(|swing| swing.door(&walls, &nearby)).collect()
+}
+
+/// An arc of a leaf.
+pub(super) struct Swing {
+    hinge: [f64; 2],
+    ends: [[f64; 2]; 2],
+}
+
+impl Swing {
+    /// The circle through the first, the middle and the last point, if all others lie on it and it is as large as a door.
+    pub(super) fn of(path: &Drawn<'_>) -> Option<Self> {
+        let (p, count) = (&path.points, path.points.len());
+        if !path.path.curved || path.path.closed || count < 3 {
+            return None;
+        }
+        let (a, b, c) = (p[0], p[count / 2], p[count - 1]);
+        let hinge = centre(a, b, c)?;
+        let radius = distance(hinge, a);
+        let round = p.iter().all(|at| (distance(hinge, *at) - radius).abs() < 0.05 * radius);
+        // Twice the angle at the rim is the angle at the centre.
+        let swept = 2.0 * (0.5 * distance(a, c) / radius).clamp(-1.0, 1.0).asin();
+        (LEAF_M.contains(&radius) && round && SWING_RAD.contains(&swept)).then_some(Self { hinge, ends: [a, c] })
+    }
+
+    /// From the hinge to the end at which the leaf meets the other jamb: both near a wall, and none between.
+    fn door(&self, walls: &[Piece], nearby: &Nearby) -> Option<Element> {
+        let near = |at: [f64; 2]| nearby.to_point(at).into_iter().map(|i| walls[i].distance_to(at)).fold(f64::INFINITY, f64::min);
+        if near(self.hinge) > JAMB_M {
+            return None;
+        }
+        let middle = |end: [f64; 2]| [0, 1].map(|k| 0.5 * (self.hinge[k] + end[k]));
+        let fits = |end: &[f64; 2]| near(*end) <= JAMB_M && near(middle(*end)) > JAMB_M;
+        let mut fitting = self.ends.into_iter().filter(fits);
+        // Where both ends would do, nothing tells which of two openings it is.
+        let (end, None) = (fitting.next()?, fitting.next()) else { return None };
+        Some(Element::new(ElementKind::Door, Form::Line(vec![point(self.hinge), point(end)])))
+    }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Of the circle through three points; `None` where they lie on a line.
+fn centre(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<[f64; 2]> {
+    let (p, q) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+    let twice = 2.0 * (p[0] * q[1] - p[1] * q[0]);
+    let (pp, qq) = (p[0] * p[0] + p[1] * p[1], q[0] * q[0] + q[1] * q[1]);
+    let at = [a[0] + (q[1] * pp - p[1] * qq) / twice, a[1] + (p[0] * qq - q[0] * pp) / twice];
+    at.iter().all(|v| v.is_finite()).then_some(at)
+}

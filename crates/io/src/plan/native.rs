@@ -1,0 +1,528 @@
+//! What does Planwalk's own plan file say? A building's storeys as shapes in metres, with where they come from: `*.plan.json`.
+//!
+//! [`PlanDocument`] ─▶ [`write()`] ─▶ JSON, one element a line ─▶ `read` ─▶ [`PlanDocument`]
+//!
+//! `docs/plan-format.md` describes it for people who write such files. The same document always gives the same bytes; coordinates
+//! are rounded to 0.1 mm. Members that are not known are passed over, so that later programs may add some; what changes the
+//! meaning of known ones gets another number in [`SCHEMA`].
+//! Pitfalls: JSON knows no order, but a file is known by its beginning, so `schema` stands first. JSON has no NaN, but `1e999` is JSON.
+
+use planwalk_types::{Building, Element, ElementKind, Form, Georeference, Level, Plan, Pt2};
+use serde::Deserialize;
+
+use super::PlanFileError;
+use super::notation::{self, METRE_DECIMALS, decimal, push_list, quoted};
+use super::projection;
+use crate::text;
+
+/// What this program reads and writes.
+pub const SCHEMA: &str = "planwalk-plan/1";
+/// What every version's schema begins with.
+const SCHEMA_FAMILY: &str = "planwalk-plan/";
+/// Decimals of degrees and radians: 0.1 mm on the ground, and at 100 km.
+const ANGLE_DECIMALS: usize = 9;
+
+/// Most of each character in a file, strings included: they bound the memory before any of it is taken. A campus drawn to the
+/// centimetre has a hundredth of each.
+const LIMITS: [(char, usize, &str); 3] = [
+    // `{`: each element, and a few more.
+    ('{', 1_000_000, "elements"),
+    // `[`: each point, ring and line.
+    ('[', 10_000_000, "points"),
+    // `"`: two for each word and for each text.
+    ('"', 20_000_000, "texts"),
+];
+
+/// A building, and what a user should know about where it comes from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlanDocument {
+    /// What is drawn.
+    pub building: Building,
+    /// The file that it was made from.
+    pub source: Source,
+    /// What was decided on the way, for people.
+    pub notes: Vec<String>,
+}
+
+/// The file that a plan was made from; all of it for people, none of it needed.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+pub struct Source {
+    /// Its name.
+    pub file: Option<String>,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: Option<String>,
+    /// What it was read as: `dxf`, `svg`, `png` …
+    pub format: Option<String>,
+    /// Metres in one unit, or pixel, of it.
+    pub metres_per_unit: Option<f64>,
+    /// How that is known: the file's own unit, a dimension, a measured length …
+    pub scale_from: Option<String>,
+}
+
+/// The document as a file's text.
+///
+/// Elements with a coordinate that is not finite, or is over 1e9 m, have no place in it: they are left out, and a note tells
+/// their number. So is a georeference that is no place on the globe.
+pub fn write(document: &PlanDocument) -> String {
+    let mut out = String::new();
+    let georeference = document.building.georeference.filter(projection::is_place);
+    let notes: Vec<String> = document.notes.iter().cloned().chain(lost(&document.building)).collect();
+    out.push_str("{\n");
+    push_member(&mut out, "schema", &quoted(SCHEMA));
+    push_member(&mut out, "units", &quoted("m"));
+    push_member(&mut out, "y", &quoted("up"));
+    if let Some(georeference) = georeference {
+        push_member(&mut out, "georeference", &georeference_object(&georeference));
+    }
+    push_member(&mut out, "source", &source_object(&document.source));
+    out.push_str("  \"notes\": ");
+    push_lines(&mut out, "  ", &notes, |out, note| out.push_str(&quoted(note)));
+    out.push_str(",\n  \"levels\": ");
+    push_lines(&mut out, "  ", &document.building.levels, push_level);
+    out.push_str("\n}\n");
+    out
+}
+
+fn push_member(out: &mut String, key: &str, value: &str) {
+    for part in ["  \"", key, "\": ", value, ",\n"] {
+        out.push_str(part);
+    }
+}
+
+/// A list with each item on its own line, two spaces deeper than `indent`.
+fn push_lines<T>(out: &mut String, indent: &str, items: impl IntoIterator<Item = T>, mut push: impl FnMut(&mut String, T)) {
+    out.push('[');
+    let mut any = false;
+    for item in items {
+        out.push_str(if any { ",\n" } else { "\n" });
+        out.push_str(indent);
+        out.push_str("  ");
+        push(out, item);
+        any = true;
+    }
+    if any {
+        out.push('\n');
+        out.push_str(indent);
+    }
+    out.push(']');
+}
+
+fn georeference_object(georeference: &Georeference) -> String {
+    let angle = |value| Some(decimal(value, ANGLE_DECIMALS));
+    notation::object([
+        ("longitude_deg", angle(georeference.longitude_deg)),
+        ("latitude_deg", angle(georeference.latitude_deg)),
+        ("bearing_rad", angle(georeference.bearing_rad)),
+    ])
+}
+
+fn source_object(source: &Source) -> String {
+    let text = |value: &Option<String>| value.as_deref().map(quoted);
+    notation::object([
+        ("file", text(&source.file)),
+        ("sha256", text(&source.sha256)),
+        ("format", text(&source.format)),
+        // All digits: a foot is 0.3048 m, a scan's pixel is anything.
+        ("metres_per_unit", source.metres_per_unit.filter(|m| m.is_finite()).map(|m| serde_json::Value::from(m).to_string())),
+        ("scale_from", text(&source.scale_from)),
+    ])
+}
+
+fn push_level(out: &mut String, level: &Level) {
+    out.push_str(&format!("{{\"ordinal\": {}, \"name\": {}, \"elements\": ", level.ordinal, quoted(&level.name)));
+    push_lines(out, "    ", level.elements.iter().filter(|e| notation::can_be_written(e)), push_element);
+    out.push('}');
+}
+
+fn push_element(out: &mut String, element: &Element) {
+    let mut form = String::new();
+    let push_point = |out: &mut String, at: &Pt2<Plan>| notation::push_position(out, [at.x, at.y], METRE_DECIMALS);
+    let key = match &element.form {
+        Form::Area(rings) => {
+            push_list(&mut form, rings, |out, ring| push_list(out, ring, push_point));
+            "area"
+        }
+        Form::Line(line) => {
+            push_list(&mut form, line, push_point);
+            "line"
+        }
+        Form::Spot(spot) => {
+            push_point(&mut form, spot);
+            "spot"
+        }
+    };
+    out.push_str(&notation::object([
+        ("kind", Some(quoted(element.kind.word()))),
+        ("name", element.name.as_deref().map(quoted)),
+        ("source", element.source.as_deref().map(quoted)),
+        (key, Some(form)),
+    ]));
+}
+
+/// What the file cannot hold.
+fn lost(building: &Building) -> impl Iterator<Item = String> {
+    let count = building.levels.iter().flat_map(|l| &l.elements).filter(|e| !notation::can_be_written(e)).count();
+    let elements = (count > 0).then(|| format!("{count} elements with coordinates that are not finite or over 1e9 m are left out"));
+    let place = building.georeference.filter(|g| !projection::is_place(g));
+    let place =
+        place.map(|g| format!("longitude {}°, latitude {}° is no place for a plan, and is left out", g.longitude_deg, g.latitude_deg));
+    elements.into_iter().chain(place)
+}
+
+/// Whether a text that begins like this is such a file, of whatever version.
+pub(super) fn is_one(head: &str) -> bool {
+    let schemas = || head.split("\"schema\"").skip(1).filter_map(|rest| rest.trim_start().strip_prefix(':')).map(str::trim_start);
+    head.trim_start().starts_with('{')
+        && schemas().any(|value| value.strip_prefix('"').is_some_and(|value| value.starts_with(SCHEMA_FAMILY)))
+}
+
+/// What every version of the file says of itself.
+#[derive(Deserialize)]
+struct Head {
+    schema: String,
+}
+
+/// The file as JSON; what it may leave out is an option.
+#[derive(Deserialize)]
+struct Body {
+    units: Option<String>,
+    y: Option<String>,
+    georeference: Option<Place>,
+    source: Option<Source>,
+    notes: Option<Vec<String>>,
+    levels: Vec<Storey>,
+}
+
+#[derive(Deserialize)]
+struct Place {
+    longitude_deg: f64,
+    latitude_deg: f64,
+    bearing_rad: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct Storey {
+    ordinal: i32,
+    name: Option<String>,
+    elements: Vec<Record>,
+}
+
+#[derive(Deserialize)]
+struct Record {
+    kind: String,
+    name: Option<String>,
+    source: Option<String>,
+    area: Option<Vec<Vec<[f64; 2]>>>,
+    line: Option<Vec<[f64; 2]>>,
+    spot: Option<[f64; 2]>,
+}
+
+/// Reads a document. Storeys come back in their order from below.
+pub(super) fn read(text: &str) -> Result<PlanDocument, PlanFileError> {
+    for (mark, limit, what) in LIMITS {
+        let count = text.bytes().filter(|byte| u32::from(*byte) == u32::from(mark)).count();
+        if count > limit {
+            return Err(refused(format!("{count} times \"{mark}\" are more than {limit}, enough for any plan's {what}")));
+        }
+    }
+    let syntax = |why: serde_json::Error| refused(why.to_string());
+    let Head { schema } = serde_json::from_str(text).map_err(syntax)?;
+    if schema != SCHEMA {
+        return Err(PlanFileError::OtherSchema { found: text::short(&schema), read: SCHEMA });
+    }
+    let body: Body = serde_json::from_str(text).map_err(syntax)?;
+    for (key, value, meant) in [("units", &body.units, "m"), ("y", &body.y, "up")] {
+        if let Some(value) = value.as_deref().filter(|value| *value != meant) {
+            return Err(refused(format!("\"{key}\" is \"{}\", and can only be \"{meant}\"", text::short(value))));
+        }
+    }
+    let georeference = body.georeference.map(Place::georeference).transpose()?;
+    let mut levels = body.levels.into_iter().map(Storey::level).collect::<Result<Vec<_>, _>>()?;
+    // Stable: storeys of one ordinal stay in the file's order.
+    levels.sort_by_key(|level| level.ordinal);
+    let building = Building { levels, georeference };
+    Ok(PlanDocument { building, source: body.source.unwrap_or_default(), notes: body.notes.unwrap_or_default() })
+}
+
+fn refused(why: String) -> PlanFileError {
+    PlanFileError::Native { why }
+}
+
+impl Place {
+    fn georeference(self) -> Result<Georeference, PlanFileError> {
+        let Self { longitude_deg, latitude_deg, bearing_rad } = self;
+        let georeference = Georeference { longitude_deg, latitude_deg, bearing_rad: bearing_rad.unwrap_or(0.0) };
+        let place = projection::is_place(&georeference).then_some(georeference);
+        place.ok_or_else(|| refused(projection::NoPlace(georeference).to_string()))
+    }
+}
+
+impl Storey {
+    fn level(self) -> Result<Level, PlanFileError> {
+        let name = self.name.unwrap_or_else(|| self.ordinal.to_string());
+        let mut elements = Vec::with_capacity(self.elements.len());
+        for (i, record) in self.elements.into_iter().enumerate() {
+            let refuse = |why| PlanFileError::BadElement { level: text::short(&name), element: i, why };
+            elements.push(record.element().map_err(refuse)?);
+        }
+        Ok(Level { ordinal: self.ordinal, name, elements })
+    }
+}
+
+impl Record {
+    fn element(self) -> Result<Element, String> {
+        let kind = ElementKind::ALL.into_iter().find(|kind| kind.word() == self.kind).ok_or_else(|| {
+            format!(
+                "\"{}\" is no kind of element; known are {}",
+                text::short(&self.kind),
+                ElementKind::ALL.map(ElementKind::word).join(", ")
+            )
+        })?;
+        let chain = |points: Vec<[f64; 2]>| points.into_iter().map(|[x, y]| Pt2::new(x, y)).collect::<Vec<_>>();
+        let form = match (self.area, self.line, self.spot) {
+            (Some(rings), None, None) => Form::Area(rings.into_iter().map(chain).collect()),
+            (None, Some(line), None) => Form::Line(chain(line)),
+            (None, None, Some([x, y])) => Form::Spot(Pt2::new(x, y)),
+            (None, None, None) => return Err("it has no \"area\", \"line\" or \"spot\"".to_owned()),
+            _ => return Err("it has more than one of \"area\", \"line\" and \"spot\"".to_owned()),
+        };
+        let far = form.points().find(|point| !notation::is_near(*point));
+        if let Some(far) = far {
+            return Err(format!("the point {far:?} is over 1e9 m away"));
+        }
+        Ok(Element { kind, form, name: self.name, source: self.source })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::TAU;
+
+    /// A document of one storey with these elements.
+    fn document(elements: &str) -> String {
+        format!("{{\"schema\": \"planwalk-plan/1\", \"levels\": [{{\"ordinal\": 2, \"elements\": [{elements}]}}]}}")
+    }
+
+    fn error(text: &str) -> String {
+        read(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_example_of_the_docs_is_read_and_written_back_the_same() {
+        let page = include_str!("../../../../docs/plan-format.md");
+        let example = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+        assert!(is_one(example));
+        let document = read(example).unwrap();
+        assert_eq!(write(&document), example);
+        // The page shows all that there is.
+        let kinds: Vec<&str> =
+            ElementKind::ALL.into_iter().map(ElementKind::word).filter(|word| !page.contains(&format!("`{word}`"))).collect();
+        assert!(kinds.is_empty(), "the page does not say what these are: {kinds:?}");
+        let forms: Vec<&Form> = document.building.levels.iter().flat_map(|l| &l.elements).map(|e| &e.form).collect();
+        assert!(forms.iter().any(|f| matches!(f, Form::Area(rings) if rings.len() == 2)));
+        assert!(forms.iter().any(|f| matches!(f, Form::Line(_))) && forms.iter().any(|f| matches!(f, Form::Spot(_))));
+    }
+
+    #[test]
+    fn what_is_usual_may_be_left_out_and_what_is_not_known_is_passed_over() {
+        let read = read(&document("{\"kind\": \"wall\", \"line\": [[0, 0], [4, 0]], \"height_m\": {\"top\": [2.5]}}")).unwrap();
+        assert_eq!((read.source, read.notes, read.building.georeference), (Source::default(), Vec::new(), None));
+        let level = Level {
+            ordinal: 2,
+            name: "2".to_owned(),
+            elements: vec![Element::new(ElementKind::Wall, Form::Line(vec![Pt2::new(0.0, 0.0), Pt2::new(4.0, 0.0)]))],
+        };
+        assert_eq!(read.building.levels, [level]);
+    }
+
+    #[test]
+    fn an_element_is_a_line_so_that_versions_can_be_compared() {
+        let mut one = PlanDocument { building: Building::of_one_level(Vec::new()), ..PlanDocument::default() };
+        for x in 0..4 {
+            one.building.levels[0].elements.push(Element::new(ElementKind::Door, Form::Spot(Pt2::new(f64::from(x), 0.123_456))));
+        }
+        let mut other = one.clone();
+        other.building.levels[0].elements[2].name = Some("main \"entrance\"\n".to_owned());
+        let (one, other) = (write(&one), write(&other));
+        assert_eq!(one.lines().count(), other.lines().count());
+        let changed: Vec<_> = one.lines().zip(other.lines()).filter(|(a, b)| a != b).collect();
+        let line = r#"      {"kind": "door", "name": "main \"entrance\"\n", "spot": [2,0.1235]},"#;
+        assert_eq!(changed, [(r#"      {"kind": "door", "spot": [2,0.1235]},"#, line)]);
+    }
+
+    #[test]
+    fn storeys_come_back_from_below() {
+        let level = |ordinal: i32| format!("{{\"ordinal\": {ordinal}, \"elements\": []}}");
+        let text = format!("{{\"schema\": \"planwalk-plan/1\", \"levels\": [{}, {}]}}", level(1), level(-1));
+        let ordinals: Vec<i32> = read(&text).unwrap().building.levels.iter().map(|l| l.ordinal).collect();
+        assert_eq!(ordinals, [-1, 1]);
+    }
+
+    #[test]
+    fn a_file_is_known_by_its_schema() {
+        for head in ["{\"schema\":\"planwalk-plan/1\"", " {\n\"about\": 1, \"schema\" : \"planwalk-plan/27\", \"le", &document("")] {
+            assert!(is_one(head), "{head}");
+        }
+        for head in [
+            "",
+            "{",
+            "{\"type\": \"FeatureCollection\"",
+            "{\"schema\": \"other\"",
+            "\"schema\": \"planwalk-plan/1\"",
+            "{\"a\": \"planwalk-plan/1\"}",
+        ] {
+            assert!(!is_one(head), "{head}");
+        }
+    }
+
+    #[test]
+    fn another_version_is_refused_with_both_numbers() {
+        let text = document("{\"kind\": \"wall\", \"mesh\": 0}").replace("plan/1", "plan/2");
+        assert!(error(&text).contains("\"planwalk-plan/2\", and this program reads \"planwalk-plan/1\""), "{}", error(&text));
+    }
+
+    #[test]
+    fn a_bad_element_is_named() {
+        let wall = "{\"kind\": \"wall\", \"line\": [[0, 0], [4, 0]]}";
+        for (bad, told) in [
+            (
+                "{\"kind\": \"tree\", \"spot\": [0, 0]}",
+                "\"tree\" is no kind of element; known are wall, window, door, floor, room, stairs, lift",
+            ),
+            ("{\"kind\": \"door\"}", "no \"area\", \"line\" or \"spot\""),
+            ("{\"kind\": \"door\", \"spot\": [0, 0], \"line\": []}", "more than one of"),
+            ("{\"kind\": \"door\", \"spot\": [0, 1e300]}", "over 1e9 m away"),
+        ] {
+            let error = error(&document(&format!("{wall}, {bad}")));
+            assert!(error.contains("element 1 (counted from 0) of the storey \"2\"") && error.contains(told), "{error}");
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_refused_with_the_place() {
+        let whole = document("{\"kind\": \"wall\", \"area\": [[[0, 0], [4, 0], [4, 3]]]}");
+        for cut in 0..whole.len() {
+            assert!(read(&whole[..cut]).is_err(), "{cut}");
+        }
+        for (from, to) in
+            [("[4, 3]", "[4, 1e999]"), ("[4, 3]", "[4, NaN]"), ("[4, 3]", "[4]"), ("[4, 3]", "[4, 3, 0]"), ("2,", "2.5,"), ("[[[", "[[[[")]
+        {
+            let error = error(&whole.replace(from, to));
+            assert!(error.contains("docs/plan-format.md") && error.contains("line 1 column"), "{to}: {error}");
+        }
+        for (member, told) in [
+            ("\"units\": \"mm\"", "\"mm\", and can only be \"m\""),
+            ("\"y\": \"down\"", "can only be \"up\""),
+            ("\"georeference\": {\"longitude_deg\": 10, \"latitude_deg\": 99}", "latitude 99°"),
+        ] {
+            let error = error(&whole.replacen('{', &format!("{{{member}, "), 1));
+            assert!(error.contains(told), "{error}");
+        }
+    }
+
+    #[test]
+    fn hostile_files_are_refused_before_they_take_memory() {
+        let notes = |inner: String| document("").replacen('{', &format!("{{\"notes\": [{inner}], "), 1);
+        assert!(error(&notes("\"\",".repeat(10_000_001))).contains("texts"));
+        assert!(error(&document(&format!("{{\"kind\": \"wall\", \"area\": [{}]}}", "[],".repeat(10_000_001)))).contains("points"));
+        assert!(error(&document(&"{},".repeat(1_000_001))).contains("elements"));
+        for mark in ["[", "{\"a\":"] {
+            let deep = document("").replacen('{', &format!("{{\"more\": {}", mark.repeat(900_000)), 1);
+            assert!(read(&deep).is_err());
+        }
+    }
+
+    #[test]
+    fn what_has_no_place_in_json_is_left_out_and_told() {
+        let spot = |x: f64| Element::new(ElementKind::Door, Form::Spot(Pt2::new(x, 0.0)));
+        let building = Building {
+            georeference: Some(Georeference { longitude_deg: f64::NAN, latitude_deg: 0.0, bearing_rad: 0.0 }),
+            ..Building::of_one_level(vec![spot(f64::NAN), spot(1.0), spot(f64::INFINITY), spot(-1e300)])
+        };
+        let document = read(&write(&PlanDocument { building, ..PlanDocument::default() })).unwrap();
+        assert_eq!(document.building, Building::of_one_level(vec![spot(1.0)]));
+        assert!(document.notes[0].starts_with("3 elements") && document.notes[1].contains("NaN"), "{:?}", document.notes);
+    }
+
+    fn point() -> impl Strategy<Value = Pt2<Plan>> {
+        // Sites near their origin and on a map's grid.
+        prop_oneof![(-100.0..100.0, -100.0..100.0), (4e5..8e5, 5e6..6e6)].prop_map(|(x, y): (f64, f64)| Pt2::new(x, y))
+    }
+
+    fn form() -> impl Strategy<Value = Form> {
+        let chain = || prop::collection::vec(point(), 0..5);
+        prop_oneof![prop::collection::vec(chain(), 0..3).prop_map(Form::Area), chain().prop_map(Form::Line), point().prop_map(Form::Spot),]
+    }
+
+    fn element() -> impl Strategy<Value = Element> {
+        let word = || prop::option::of(".{0,12}");
+        (prop::sample::select(&ElementKind::ALL[..]), form(), word(), word()).prop_map(|(kind, form, name, source)| Element {
+            kind,
+            form,
+            name,
+            source,
+        })
+    }
+
+    fn documents() -> impl Strategy<Value = PlanDocument> {
+        let level = ("\\PC{0,12}", prop::collection::vec(element(), 0..6));
+        let levels = prop::collection::vec(level, 0..4).prop_map(|levels| {
+            let level = |(ordinal, (name, elements))| Level { ordinal, name, elements };
+            (-1..).zip(levels).map(level).collect::<Vec<_>>()
+        });
+        let place = (-180.0..180.0, -85.0..85.0, -TAU..TAU).prop_map(|(longitude_deg, latitude_deg, bearing_rad)| Georeference {
+            longitude_deg,
+            latitude_deg,
+            bearing_rad,
+        });
+        let source = (prop::option::of(".*"), prop::option::of(1e-6..1e3)).prop_map(|(file, metres_per_unit)| Source {
+            file,
+            metres_per_unit,
+            format: Some("dxf".to_owned()),
+            ..Source::default()
+        });
+        (levels, prop::option::of(place), source, prop::collection::vec(".*", 0..3))
+            .prop_map(|(levels, georeference, source, notes)| PlanDocument { building: Building { levels, georeference }, source, notes })
+    }
+
+    /// The same with all numbers at zero, to compare the rest.
+    fn without_numbers(document: &PlanDocument) -> PlanDocument {
+        let mut bare = document.clone();
+        bare.building.georeference = None;
+        for element in bare.building.levels.iter_mut().flat_map(|l| &mut l.elements) {
+            let zeros = |chain: &mut Vec<Pt2<Plan>>| chain.fill(Pt2::new(0.0, 0.0));
+            match &mut element.form {
+                Form::Area(rings) => rings.iter_mut().for_each(zeros),
+                Form::Line(line) => zeros(line),
+                Form::Spot(spot) => *spot = Pt2::new(0.0, 0.0),
+            }
+        }
+        bare
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_to_half_a_tenth_of_a_millimetre(document in documents()) {
+            let text = write(&document);
+            prop_assert!(is_one(&text));
+            let read = read(&text).unwrap();
+            prop_assert_eq!(without_numbers(&read), without_numbers(&document));
+            let points = |d: &PlanDocument| d.building.levels.iter().flat_map(|l| &l.elements).flat_map(|e| e.form.points().collect::<Vec<_>>()).collect::<Vec<_>>();
+            for (read, meant) in points(&read).into_iter().zip(points(&document)) {
+                // And the doubles' own spacing at 6e6.
+                let error = (read.x - meant.x).abs().max((read.y - meant.y).abs());
+                prop_assert!(error < 0.5e-4 + 1e-8, "{error} m");
+            }
+            if let (Some(read), Some(meant)) = (read.building.georeference, document.building.georeference) {
+                let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+                prop_assert!(near(read.longitude_deg, meant.longitude_deg) && near(read.latitude_deg, meant.latitude_deg));
+                prop_assert!(near(read.bearing_rad, meant.bearing_rad));
+            }
+            prop_assert_eq!(read.building.georeference.is_some(), document.building.georeference.is_some());
+            // Once rounded, bytes stay.
+            prop_assert_eq!(write(&read), text);
+        }
+    }
+}
