@@ -1,5 +1,6 @@
 //! One story a claim.
 
+mod import;
 mod plan;
 mod sightings;
 mod trajectory;

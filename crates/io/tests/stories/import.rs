@@ -1,0 +1,146 @@
+//! Real plans of all formats become buildings, and leave in other formats as they came.
+
+use std::path::{Path, PathBuf};
+
+use planwalk_io::plan::{self, PlanOptions, export, native};
+use planwalk_types::{Cell, Element, ElementKind, FloorPlan, Form, Plan, Pt2};
+
+use super::folder;
+use crate::support::data;
+
+fn scaled(metres_per_pixel: f64) -> PlanOptions {
+    PlanOptions { metres_per_pixel: Some(metres_per_pixel), ..PlanOptions::default() }
+}
+
+/// Files below a folder, in the order of their names.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    entries.into_iter().flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
+}
+
+#[test]
+fn every_plan_at_hand_is_read_or_refused_with_a_remedy() {
+    let Some(folder) = data("floorplans") else { return };
+    let (mut read, mut refused) = (0, Vec::new());
+    for path in files(&folder) {
+        let name = path.strip_prefix(&folder).unwrap().display().to_string();
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        let has_own_scale = matches!(ending, "yaml" | "txt" | "csv");
+        let options = if has_own_scale { PlanOptions::default() } else { scaled(0.05) };
+        match plan::import(&path, &options) {
+            Ok(document) => {
+                let elements = document.building.levels.iter().map(|level| level.elements.len()).sum::<usize>();
+                assert!(elements > 0, "{name} is read, and nothing is on it");
+                read += 1;
+            }
+            Err(why) => refused.push((name, why.to_string())),
+        }
+    }
+    // Licences, readmes, lists of nodes and of a walk are no plans.
+    let is_plan = |name: &str| [".svg", ".dxf", ".png", ".jpg", ".jpeg", ".pdf", ".pgm", ".yaml"].iter().any(|e| name.ends_with(e));
+    let lost: Vec<_> = refused.iter().filter(|(name, _)| is_plan(name)).collect();
+    assert!(lost.is_empty() && read >= 35, "{read} read, {lost:?}");
+    for (name, why) in &refused {
+        assert!(why.len() > 30, "{name}: {why}");
+    }
+}
+
+/// Points every 5 cm along a chain.
+fn along(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let count = ((to[0] - from[0]).hypot(to[1] - from[1]) / 0.05).ceil().max(1.0) as usize;
+    (0..=count).map(move |i| [0, 1].map(|k| from[k] + (to[k] - from[k]) * i as f64 / count as f64))
+}
+
+fn sides(element: &Element) -> Vec<[[f64; 2]; 2]> {
+    let closed = matches!(element.form, Form::Area(_));
+    let of = |chain: &[Pt2<Plan>]| -> Vec<[[f64; 2]; 2]> {
+        let ends = chain.iter().zip(chain.iter().cycle().skip(1)).take(if closed { chain.len() } else { chain.len().saturating_sub(1) });
+        ends.map(|(a, b)| [[a.x, a.y], [b.x, b.y]]).collect()
+    };
+    element.form.chains().flat_map(of).collect()
+}
+
+fn distance(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> f64 {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length_2 = (way[0] * way[0] + way[1] * way[1]).max(f64::MIN_POSITIVE);
+    let t = (((at[0] - from[0]) * way[0] + (at[1] - from[1]) * way[1]) / length_2).clamp(0.0, 1.0);
+    (at[0] - from[0] - t * way[0]).hypot(at[1] - from[1] - t * way[1])
+}
+
+/// Share of the points along some sides that are this near to others.
+fn share_near(some: &[[[f64; 2]; 2]], others: &[[[f64; 2]; 2]], within_m: f64) -> f64 {
+    let points: Vec<[f64; 2]> = some.iter().flat_map(|[from, to]| along(*from, *to)).collect();
+    let near = points.iter().filter(|at| others.iter().any(|side| distance(**at, *side) <= within_m)).count();
+    near as f64 / points.len().max(1) as f64
+}
+
+#[test]
+fn walls_of_a_real_cad_drawing_are_those_of_its_list_of_rooms() {
+    let (Some(drawing), Some(rooms)) = (data("floorplans/auburn_haley_dxf/floorplan.dxf"), data("floorplans/auburn_haley_dxf/room.txt"))
+    else {
+        return;
+    };
+    // It says millimetres and means decimetres.
+    assert!(plan::import(&drawing, &PlanOptions::default()).unwrap_err().to_string().contains("--metres-per-pixel"));
+    let building = plan::import(&drawing, &scaled(0.1)).unwrap().building;
+    let walls: Vec<_> = building.levels[0].elements.iter().filter(|e| e.kind == ElementKind::Wall).flat_map(sides).collect();
+    let text = std::fs::read_to_string(rooms).unwrap();
+    let rows = text.lines().map(|line| line.split_whitespace().filter_map(|cell| cell.parse().ok()).collect::<Vec<f64>>());
+    let outlines: Vec<_> = rows
+        .filter(|row| row.len() >= 5)
+        .flat_map(|row| {
+            let corners = [[row[1], row[2]], [row[3], row[2]], [row[3], row[4]], [row[1], row[4]]];
+            (0..4).map(move |i| [corners[i], corners[(i + 1) % 4]])
+        })
+        .collect();
+    // The outlines of rooms go on across their doors, of 2 m each: 26 doors are 5 % of 1000 m.
+    let (recall, precision) = (share_near(&outlines, &walls, 0.15), share_near(&walls, &outlines, 0.15));
+    assert!(recall > 0.94 && precision > 0.95, "recall {recall:.3}, precision {precision:.3}");
+}
+
+/// With the lower left corner at the origin: an SVG's origin is its paper's.
+fn cornered(sides: &[[[f64; 2]; 2]]) -> Vec<[[f64; 2]; 2]> {
+    let low = sides.iter().flatten().fold([f64::INFINITY; 2], |low, at| [low[0].min(at[0]), low[1].min(at[1])]);
+    sides.iter().map(|ends| ends.map(|at| [at[0] - low[0], at[1] - low[1]])).collect()
+}
+
+#[test]
+fn a_real_floor_leaves_in_every_format_and_comes_back() {
+    let Some(path) = data("hilti_trimble_2026/floorplans/masks_with_windows/floor_2.png") else { return };
+    let document = plan::import(&path, &scaled(0.01)).unwrap();
+    let level = &document.building.levels[0];
+    let before: Vec<_> = level.elements.iter().flat_map(sides).collect();
+    let dir = folder();
+    let ways: [(&str, String, PlanOptions); 4] = [
+        ("a.plan.json", native::write(&document), PlanOptions::default()),
+        ("a.geojson", export::geojson(level), PlanOptions::default()),
+        ("a.csv", export::csv(level), PlanOptions::default()),
+        ("a.svg", export::svg(level), scaled(0.001)),
+    ];
+    for (name, text, options) in ways {
+        let written = dir.path().join(name);
+        std::fs::write(&written, text).unwrap();
+        let again = plan::import(&written, &options).unwrap();
+        let after: Vec<_> = again.building.levels[0].elements.iter().flat_map(sides).collect();
+        let (before, after) = if name == "a.svg" { (cornered(&before), cornered(&after)) } else { (before.clone(), after) };
+        let (there, back) = (share_near(&before, &after, 0.05), share_near(&after, &before, 0.05));
+        assert!(there > 0.999 && back > 0.999, "{name}: {there:.4} of the walls come back, {back:.4} of what comes back was there");
+    }
+    // As cells: the same walls, within a cell of 5 cm, whichever way they came.
+    let direct = plan::read(&path, &scaled(0.01)).unwrap().plan;
+    let kept = plan::read(&dir.path().join("a.plan.json"), &PlanOptions::default()).unwrap().plan;
+    let (there, back) = (wall_share(&direct, &kept), wall_share(&kept, &direct));
+    assert!(there > 0.999 && back > 0.999, "{there:.4}, {back:.4}");
+}
+
+/// Share of one plan's walls that have a wall of the other within a cell.
+fn wall_share(one: &FloorPlan, other: &FloorPlan) -> f64 {
+    let walls: Vec<usize> = (0..one.cells().len()).filter(|i| one.cells()[*i] == Cell::Wall).collect();
+    let is_near = |i: &&usize| {
+        let at = one.centre(**i % one.width(), **i / one.width());
+        let near = |dx: i32, dy: i32| other.at(Pt2::new(at.x + 0.05 * f64::from(dx), at.y + 0.05 * f64::from(dy))) == Cell::Wall;
+        (-1..=1).any(|dx| (-1..=1).any(|dy| near(dx, dy)))
+    };
+    walls.iter().filter(is_near).count() as f64 / walls.len().max(1) as f64
+}
