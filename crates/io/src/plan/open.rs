@@ -138,7 +138,10 @@ fn of_picture(picture: DynamicImage, metres_per_pixel: f64, notes: &mut Vec<Stri
 fn of_sketch(format: &str, sketch: &Sketch, scale: Scale, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
     notes.extend(sketch.notes.iter().cloned());
     scale.check(sketch)?;
-    let elements = interpret::elements(sketch, scale.metres, notes)?;
+    let elements = match sketch.exported_from {
+        Some(origin) if scale.is_files => interpret::exported(sketch, scale.metres, origin),
+        _ => interpret::elements(sketch, scale.metres, notes)?,
+    };
     Ok((Opened::Drawn(Building::of_one_level(elements)), source(format, Some(scale.metres), scale.from)))
 }
 

@@ -16,6 +16,8 @@ pub(super) struct Sketch {
     pub texts: Vec<SketchText>,
     /// Metres in one unit, where the file says so.
     pub metres_per_unit: Option<f64>,
+    /// Of a drawing that this program exported: plan coordinates of the origin, metres. Its layers are kinds of elements.
+    pub exported_from: Option<[f64; 2]>,
     /// What a person should know.
     pub notes: Vec<String>,
 }

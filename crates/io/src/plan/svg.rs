@@ -76,7 +76,8 @@ pub(super) fn read(text: &str) -> Result<Sketch, PlanFileError> {
     let frame = Frame::of(root);
     let draft = Redraft::of(&document, text.len(), frame)?;
     let tree = usvg::Tree::from_str(&draft.out, &usvg_options()).map_err(|why| refused(&format!("{why}; save it as plain SVG")))?;
-    draft.read(&tree, frame, metres_per_unit(root, frame))
+    let sketch = draft.read(&tree, frame, metres_per_unit(root, frame))?;
+    Ok(Sketch { exported_from: exported_from(root, frame), ..sketch })
 }
 
 fn refused(why: &str) -> PlanFileError {
@@ -174,8 +175,24 @@ impl Frame {
     }
 }
 
-/// Visio alone says how far its drawing's inches are from its page's.
+/// Of a drawing that this program exported, the plan's metres at the lower left corner of its view box.
+fn exported_from(root: Node, frame: Frame) -> Option<[f64; 2]> {
+    let metres = own_scale(root)?;
+    let (x, y) = root.attribute("data-planwalk-origin")?.split_once(',')?;
+    let [left, top, _, height] = frame.view_box?;
+    let origin = [x.trim().parse::<f64>().ok()? + metres * left, y.trim().parse::<f64>().ok()? - metres * (top + height)];
+    origin.iter().all(|v| v.is_finite()).then_some(origin)
+}
+
+fn own_scale(root: Node) -> Option<f64> {
+    root.attribute("data-planwalk-metres-per-unit")?.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite())
+}
+
+/// This program says it; else Visio alone says how far its drawing's inches are from its page's.
 fn metres_per_unit(root: Node, frame: Frame) -> Option<f64> {
+    if let Some(metres) = own_scale(root) {
+        return Some(metres);
+    }
     let page = root.descendants().find(|n| n.has_tag_name((VISIO, "pageProperties")))?;
     let number = |name: &str| page.attribute((VISIO, name))?.parse::<f64>().ok().filter(|v| *v > 0.0);
     let scale = number("drawingScale")? / number("pageScale")?;

@@ -1,7 +1,8 @@
 //! How does a storey look as a drawing? SVG, one group a kind, to look at, to edit and to read again.
 //!
 //! 1 unit is 1 mm of the building, so coordinates are millimetres of the plan with y turned down; width and height say it too, and
-//! a browser fits it into its window all the same. Groups are called after their kinds (`<g id="wall">`), ground first and doors
+//! a browser fits it into its window all the same; and two attributes of its root say scale and origin to this program, which reads
+//! its groups as they are meant. Groups are called after their kinds (`<g id="wall">`), ground first and doors
 //! last; names are titles, and those of ground are written on it.
 //!
 //! | kind | colour | |
@@ -109,7 +110,8 @@ impl Sheet {
         let [moved_x, moved_y] = self.moved.map(|metres| decimal(metres, 0));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" viewBox=\"{x} {y} {width} {height}\" \
-             style=\"width:100%;height:100%\">\n<title>{}</title>\n\
+             style=\"width:100%;height:100%\" data-planwalk-metres-per-unit=\"0.001\" data-planwalk-origin=\"{moved_x},{moved_y}\">\n\
+             <title>{}</title>\n\
              <desc>1 unit is 1 mm of the building; the plan's metres are x = {moved_x} + u / 1000, y = {moved_y} - v / 1000</desc>\n",
             escaped(&level.name)
         )

@@ -124,6 +124,27 @@ fn thickness_m(shape: &[&Drawn<'_>]) -> f64 {
     2.0 * area.max(0.0) / outline.max(f64::MIN_POSITIVE)
 }
 
+/// What a drawing of this program's own shows: each layer is a kind, and what is on it has its name behind the layer's. `origin` is
+/// where the drawing's own is on the plan.
+pub(super) fn exported(sketch: &Sketch, metres_per_unit: f64, origin: SketchPoint) -> Vec<Element> {
+    let metric = |at: &SketchPoint| Pt2::new(origin[0] + metres_per_unit * at[0], origin[1] + metres_per_unit * at[1]);
+    let chain = |path: &SketchPath| -> Vec<Pt2<Plan>> { path.points.iter().map(metric).collect() };
+    let objects = sketch.paths.chunk_by(|a, b| a.group == b.group);
+    objects
+        .filter_map(|paths| {
+            let mut words = paths[0].layer.split('/');
+            let word = words.next()?;
+            let kind = ElementKind::ALL.into_iter().find(|kind| kind.word() == word)?;
+            let form = if paths.iter().all(|path| path.closed) {
+                Form::Area(paths.iter().map(chain).collect())
+            } else {
+                Form::Line(chain(&paths[0]))
+            };
+            Some(Element { name: words.next().map(str::to_owned), ..Element::new(kind, form) })
+        })
+        .collect()
+}
+
 /// What a drawing shows, metres.
 pub(super) fn elements(sketch: &Sketch, metres_per_unit: f64, notes: &mut Vec<String>) -> Result<Vec<Element>, PlanFileError> {
     let count: usize = sketch.paths.iter().map(|path| path.points.len()).sum();

@@ -49,7 +49,7 @@ pub(super) fn sort<'a>(drawn: &[&'a Drawn<'a>]) -> Vec<Pen<'a>> {
     for path in drawn {
         let p = path.path;
         let (layer, thousandth) = (layer_of(&p.layer), (1000.0 * p.width).round().clamp(0.0, 1e9) as u64);
-        let meaning = layer.split('/').rev().find_map(kind::of);
+        let meaning = p.layer.split('/').rev().find_map(kind::of);
         let look = (layer.clone(), p.stroke, p.fill, thousandth, p.dashed, meaning.map(|m| format!("{m:?}")));
         let pen = pens.entry(look).or_insert_with(|| Pen { meaning, paths: Vec::new(), width: p.width, dashed: p.dashed, name: layer });
         pen.paths.push(path);
