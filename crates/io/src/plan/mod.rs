@@ -1,9 +1,9 @@
 //! Where are the walls? A floor plan from a picture, a robot's map, a drawing, a map of the world or a list of walls.
 //!
-//! picture, ROS map.yaml ──────────────────────▶ pixels: wall, free or unknown ────────┐
-//! SVG, PDF, DXF ─▶ [`sketch`] ─▶ [`interpret`] ─┐                                       ├─▶ cells of at least 5 cm ─▶ [`FloorPlan`]
-//! GeoJSON, IMDF, OpenStreetMap, wall list,      ├─▶ [`Building`]: storeys of elements ─┘
-//! `*.plan.json` ─────────────────────────────────┘
+//! picture, ROS map.yaml ─▶ pixels: wall, free or unknown ────────────────┐
+//! SVG, PDF, DXF ─▶ `sketch` ─▶ `interpret` ─┐                            ├─▶ cells of at least 5 cm ─▶ [`FloorPlan`]
+//! GeoJSON, IMDF, OpenStreetMap, wall list, ─┴─▶ [`Building`]: storeys ───┘
+//! `*.plan.json`                                 of elements
 //!
 //! Plan frame: metres, x right, y up; the origin is the picture's bottom-left corner, or what the `map.yaml` says, or that of the
 //! shapes' own metres. Doors and windows are known to shapes only.

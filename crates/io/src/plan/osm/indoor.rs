@@ -3,7 +3,7 @@
 //! way, multipolygon ─▶ kind and extent by its tags ─▶ elements on each of its storeys ─┐
 //! door, window on an outline ─▶ a piece of that outline ────────────────────────────────┴─▶ storeys
 //!
-//! Source: https://wiki.openstreetmap.org/wiki/Simple_Indoor_Tagging; `buildingpart` is of the older IndoorOSM. Rooms have walls
+//! Source: <https://wiki.openstreetmap.org/wiki/Simple_Indoor_Tagging>; `buildingpart` is of the older IndoorOSM. Rooms have walls
 //! although none are drawn. Steps, lifts, footways and platforms belong to a building only if they name a level or are `indoor`.
 //! Pitfall: a closed `indoor=corridor` is an area, a closed footway is a line unless it says `area=yes`.
 
