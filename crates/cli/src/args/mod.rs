@@ -232,9 +232,10 @@ pub struct PlanReadingArgs {
     /// Metres in a pixel of the plan's image, or in a unit of its drawing
     #[arg(long, value_name = "M")]
     pub metres_per_pixel: Option<f64>,
-    /// Two pixels of the plan's image (or points of its drawing) and their distance, e.g. 100,200,400,200=6m
+    /// Two pixels of the plan's image (or points of its drawing) and their distance, e.g. 100,200,400,200=6m; given twice, the two
+    /// are compared
     #[arg(long, value_name = "U1,V1,U2,V2=LENGTH")]
-    pub measure: Option<Measure>,
+    pub measure: Vec<Measure>,
     /// Scale of a plan drawn on paper (PDF, SVG): 100 for 1:100
     #[arg(long, value_name = "N")]
     pub drawing_scale: Option<f64>,
@@ -251,7 +252,7 @@ impl PlanReadingArgs {
     pub fn options(&self) -> PlanOptions {
         PlanOptions {
             metres_per_pixel: self.metres_per_pixel,
-            measure: self.measure,
+            measures: self.measure.clone(),
             level: self.level.clone(),
             page: self.page,
             drawing_scale: self.drawing_scale,
@@ -260,14 +261,14 @@ impl PlanReadingArgs {
 
     /// What was said, as options and values.
     pub fn said(&self) -> Vec<(&'static str, String)> {
-        let all = [
+        let measures = self.measure.iter().map(|measure| ("measure", Some(measure.to_string())));
+        let others = [
             ("metres-per-pixel", self.metres_per_pixel.map(|m| m.to_string())),
-            ("measure", self.measure.map(|m| m.to_string())),
             ("drawing-scale", self.drawing_scale.map(|n| n.to_string())),
             ("page", self.page.map(|n| n.to_string())),
             ("level", self.level.clone()),
         ];
-        all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
+        others.into_iter().chain(measures).filter_map(|(name, value)| Some((name, value?))).collect()
     }
 }
 

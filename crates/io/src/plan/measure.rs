@@ -20,6 +20,28 @@ impl Measure {
     }
 }
 
+/// Measures that differ by more than this share are told: hands and drawings are better.
+const DISAGREE: f64 = 0.03;
+
+/// The scale that several measures give together, the longer ones counting more; `None` where there are none. With a note where they
+/// disagree.
+pub(super) fn together(measures: &[Measure], notes: &mut Vec<String>) -> Option<f64> {
+    let scales = || measures.iter().map(Measure::metres_per_pixel);
+    let (least, most) = scales().fold((f64::INFINITY, 0.0), |(l, m): (f64, f64), s| (l.min(s), m.max(s)));
+    let difference = most / least - 1.0;
+    if difference > DISAGREE {
+        let all: Vec<String> = scales().map(|scale| format!("{scale:.5}")).collect();
+        notes.push(format!(
+            "the measured lengths disagree by {:.0} % ({} m a pixel): is one mistaken, or is the picture stretched?",
+            100.0 * difference,
+            all.join(" and ")
+        ));
+    }
+    let metres: f64 = measures.iter().map(|measure| measure.length_m).sum();
+    let pixels: f64 = measures.iter().map(|measure| measure.length_m / measure.metres_per_pixel()).sum();
+    (!measures.is_empty()).then_some(metres / pixels)
+}
+
 /// Why a text is no [`Measure`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeasureError {

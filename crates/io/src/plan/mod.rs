@@ -50,8 +50,8 @@ pub struct PlanOptions {
     /// Metres in one pixel of the picture, or in one unit of the drawing. A `map.yaml` and a DXF have their own; this one goes before
     /// it.
     pub metres_per_pixel: Option<f64>,
-    /// A known length in the picture, instead of [`PlanOptions::metres_per_pixel`].
-    pub measure: Option<Measure>,
+    /// Known lengths in the picture, instead of [`PlanOptions::metres_per_pixel`]. Two that disagree are told in a note.
+    pub measures: Vec<Measure>,
     /// Name or ordinal of the storey, where the file has several. Without it the ground floor, or the lowest above it.
     pub level: Option<String>,
     /// Page of a PDF, from 1. Without it the first on which something is drawn.

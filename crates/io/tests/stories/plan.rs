@@ -31,8 +31,15 @@ fn a_drawing_is_a_plan_with_its_origin_at_the_bottom_left() {
     assert_eq!(plan.at(Pt2::new(2.0, 0.275)), Cell::Wall);
     assert_eq!(plan.at(Pt2::new(2.0, 2.0)), Cell::Free);
     // The same by a measure: 80 px are 4 m.
-    let measure = Some("10,14,90,14=4m".parse().unwrap());
-    assert_eq!(plan::read(&path, &PlanOptions { measure, ..PlanOptions::default() }).unwrap().plan, plan);
+    let measured = |measures: &[&str]| {
+        let measures = measures.iter().map(|measure| measure.parse().unwrap()).collect();
+        plan::read(&path, &PlanOptions { measures, ..PlanOptions::default() }).unwrap()
+    };
+    assert_eq!(measured(&["10,14,90,14=4m"]).plan, plan);
+    // Measured twice, across and down, which agree within 3 %; and a picture that is stretched by a tenth.
+    let (good, bad) = (measured(&["10,14,90,14=4m", "10,14,10,74=3.05m"]), measured(&["10,14,90,14=4m", "10,14,10,74=3.3m"]));
+    assert!(good.notes.iter().all(|note| !note.contains("disagree")) && (good.plan.cell_m() - 7.05 / 140.0).abs() < 1e-12);
+    assert!(bad.notes.iter().any(|note| note.contains("disagree by 10 %") && note.contains("stretched")), "{:?}", bad.notes);
 }
 
 #[test]
@@ -57,9 +64,9 @@ fn a_picture_without_a_scale_names_both_ways_out() {
     for scale in [0.0, -1.0, f64::NAN, 1e9] {
         assert!(matches!(read_plan(&path, Some(scale)), Err(PlanFileError::BadScale { .. })), "{scale}");
     }
-    let measure = Some("0,0,1,0=1m".parse().unwrap());
+    let measures = vec!["0,0,1,0=1m".parse().unwrap()];
     assert!(matches!(
-        plan::read(&path, &PlanOptions { metres_per_pixel: Some(1.0), measure, ..PlanOptions::default() }),
+        plan::read(&path, &PlanOptions { metres_per_pixel: Some(1.0), measures, ..PlanOptions::default() }),
         Err(PlanFileError::TwoScales)
     ));
 }
