@@ -2,6 +2,7 @@
 
 use planwalk_types::Form;
 
+use super::super::PlanFileError;
 use super::nearby::Nearby;
 use super::{Piece, point};
 
@@ -16,7 +17,7 @@ const BESIDE_M: f64 = 0.15;
 /// Pieces longer than this share are of interest; shorter ones are corners and letters.
 const SHORTEST_M: f64 = 0.15;
 /// The ground between lines that are faces of one wall.
-pub(super) fn between(pieces: &[Piece]) -> Vec<Form> {
+pub(super) fn between(pieces: &[Piece]) -> Result<Vec<Form>, PlanFileError> {
     let long = || pieces.iter().enumerate().filter(|(_, piece)| piece.length() >= SHORTEST_M);
     let nearby = Nearby::of(long());
     let pairs: Vec<(usize, usize, Pair)> = long()
@@ -30,7 +31,8 @@ pub(super) fn between(pieces: &[Piece]) -> Vec<Form> {
         sides[*j][usize::from(pair.left_of_second)] = true;
     }
     let in_ladder = |i: &usize| sides[*i] == [true; 2];
-    pairs.iter().filter(|(i, j, _)| !in_ladder(i) && !in_ladder(j)).map(|(i, _, pair)| pair.ground(&pieces[*i])).collect()
+    nearby.check()?;
+    Ok(pairs.iter().filter(|(i, j, _)| !in_ladder(i) && !in_ladder(j)).map(|(i, _, pair)| pair.ground(&pieces[*i])).collect())
 }
 
 /// Two pieces beside each other.

@@ -5,6 +5,8 @@ use super::{Drawn, Piece};
 
 /// The rest keeps this far from a frame, of the frame's size.
 const APART: f64 = 0.01;
+/// A sheet has an edge, a margin, and perhaps one more.
+const FRAMES_MOST: usize = 4;
 
 /// The drawing without the frames of its sheet (there may be several, one within the other).
 pub(super) fn without<'a>(drawn: &'a [Drawn<'a>], notes: &mut Vec<String>) -> Vec<&'a Drawn<'a>> {
@@ -22,7 +24,11 @@ pub(super) fn without<'a>(drawn: &'a [Drawn<'a>], notes: &mut Vec<String>) -> Ve
         let frame = bounds(kept[last]);
         let apart = frame.size().map(|side| APART * side);
         let holds = |at: &[f64; 2]| (0..2).all(|k| at[k] > frame.low[k] + apart[k] && at[k] < frame.high[k] - apart[k]);
-        if order.is_empty() || !is_rectangle(kept[last]) || !order.iter().all(|i| kept[*i].points.iter().all(holds)) {
+        if framed.len() == FRAMES_MOST
+            || order.is_empty()
+            || !is_rectangle(kept[last])
+            || !order.iter().all(|i| kept[*i].points.iter().all(holds))
+        {
             break;
         }
         framed.push(last);

@@ -158,7 +158,7 @@ pub(super) fn elements(sketch: &Sketch, metres_per_unit: f64, notes: &mut Vec<St
     let swings = swings::on(&drawn);
     let mut found = Vec::new();
     for pen in pens::choose(&pens, notes) {
-        draw_walls(pen, &swings, &mut found);
+        draw_walls(pen, &swings, &mut found)?;
     }
     let by_layer = |kinds: &'static [ElementKind]| {
         pens.iter().filter_map(move |pen| match pen.meaning {
@@ -173,14 +173,14 @@ pub(super) fn elements(sketch: &Sketch, metres_per_unit: f64, notes: &mut Vec<St
         // Leaves stand open as a rule: what is drawn as a line says where a leaf is, not where the door is.
         found.extend(pen.paths.iter().filter(|path| path.path.closed && !path.path.curved).filter_map(|path| as_drawn(kind, path)));
     }
-    let doors = swings::doors(&swings, &found);
+    let doors = swings::doors(&swings, &found)?;
     notes.push(format!("{} doors are known by the arcs in which they swing, of {} such arcs", doors.len(), swings.len()));
     found.extend(doors);
     Ok(found)
 }
 
 /// Walls of a pen: filled shapes as they are, lines as they are, and what lies between two lines that are one wall.
-fn draw_walls(pen: &Pen<'_>, swings: &[Swing], found: &mut Vec<Element>) {
+fn draw_walls(pen: &Pen<'_>, swings: &[Swing], found: &mut Vec<Element>) -> Result<(), PlanFileError> {
     let source = |shape: &[&Drawn<'_>]| shape.first().map(|ring| ring.path.layer.clone()).filter(|layer| !layer.is_empty());
     let mut lines: Vec<Piece> = Vec::new();
     for shape in shapes(&pen.paths) {
@@ -193,11 +193,12 @@ fn draw_walls(pen: &Pen<'_>, swings: &[Swing], found: &mut Vec<Element>) {
             lines.extend(shape.iter().filter(|ring| Swing::of(ring).is_none()).flat_map(|ring| ring.pieces()));
         }
     }
-    let (flights, lines) = stairs::take(swings::without_leaves(lines, swings));
-    let lines = specks::without(lines);
+    let (flights, lines) = stairs::take(swings::without_leaves(lines, swings)?);
+    let lines = specks::without(lines)?;
     found.extend(flights);
-    found.extend(double_lines::between(&lines).into_iter().map(|form| Element::new(ElementKind::Wall, form)));
+    found.extend(double_lines::between(&lines)?.into_iter().map(|form| Element::new(ElementKind::Wall, form)));
     found.extend(lines.iter().map(|piece| Element::new(ElementKind::Wall, piece.form())));
+    Ok(())
 }
 
 /// What a layer says, where it is drawn. Ground is an area, or nothing.

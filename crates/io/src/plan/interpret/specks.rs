@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::super::PlanFileError;
 use super::nearby::Nearby;
 use super::pens::Bounds;
 use super::{Piece, SketchPoint};
@@ -12,7 +13,7 @@ const SMALL_M: f64 = 0.5;
 const MEET_M: f64 = 0.03;
 
 /// The lines without such figures.
-pub(super) fn without(lines: Vec<Piece>) -> Vec<Piece> {
+pub(super) fn without(lines: Vec<Piece>) -> Result<Vec<Piece>, PlanFileError> {
     let figures = figures(&lines);
     let mut members: HashMap<usize, Vec<usize>> = HashMap::new();
     for (i, figure) in figures.iter().enumerate() {
@@ -27,7 +28,8 @@ pub(super) fn without(lines: Vec<Piece>) -> Vec<Piece> {
     let touches = |at: SketchPoint| walls.to_point(at).into_iter().any(|i| lines[i].distance_to(at) <= MEET_M);
     let keeps = |figure: &usize| is_large[figure] || members[figure].iter().any(|i| touches(lines[*i].from) || touches(lines[*i].to));
     let kept: HashMap<usize, bool> = members.keys().map(|figure| (*figure, keeps(figure))).collect();
-    lines.iter().zip(&figures).filter(|(_, figure)| kept[figure]).map(|(piece, _)| *piece).collect()
+    walls.check()?;
+    Ok(lines.iter().zip(&figures).filter(|(_, figure)| kept[figure]).map(|(piece, _)| *piece).collect())
 }
 
 /// For each piece the number of its figure: pieces whose ends meet, directly or by others.

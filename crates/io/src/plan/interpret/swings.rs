@@ -2,6 +2,7 @@
 
 use planwalk_types::{Element, ElementKind, Form};
 
+use super::super::PlanFileError;
 use super::nearby::Nearby;
 use super::{Drawn, Piece, point};
 
@@ -20,7 +21,7 @@ pub(super) fn on(drawn: &[&Drawn<'_>]) -> Vec<Swing> {
 }
 
 /// The lines that are no leaves: a leaf goes from the hinge of a swing to one of its ends, and nowhere else.
-pub(super) fn without_leaves(lines: Vec<Piece>, swings: &[Swing]) -> Vec<Piece> {
+pub(super) fn without_leaves(lines: Vec<Piece>, swings: &[Swing]) -> Result<Vec<Piece>, PlanFileError> {
     let ends = |swing: &Swing| swing.ends.map(|end| Piece { from: swing.hinge, to: end });
     let leaves: Vec<Piece> = swings.iter().flat_map(ends).collect();
     let nearby = Nearby::of(leaves.iter().enumerate());
@@ -30,11 +31,13 @@ pub(super) fn without_leaves(lines: Vec<Piece>, swings: &[Swing]) -> Vec<Piece> 
             |leaf: &Piece| (near(leaf.from, line.from) && near(leaf.to, line.to)) || (near(leaf.from, line.to) && near(leaf.to, line.from));
         nearby.to_point(line.from).into_iter().any(|i| same(&leaves[i]))
     };
-    lines.into_iter().filter(|line| !is_leaf(line)).collect()
+    let rest = lines.into_iter().filter(|line| !is_leaf(line)).collect();
+    nearby.check()?;
+    Ok(rest)
 }
 
 /// Doors that swing between walls that were found.
-pub(super) fn doors(swings: &[Swing], found: &[Element]) -> Vec<Element> {
+pub(super) fn doors(swings: &[Swing], found: &[Element]) -> Result<Vec<Element>, PlanFileError> {
     let walls: Vec<Piece> = found
         .iter()
         .filter(|element| element.kind == ElementKind::Wall)
@@ -50,7 +53,9 @@ pub(super) fn doors(swings: &[Swing], found: &[Element]) -> Vec<Element> {
         })
         .collect();
     let nearby = Nearby::of(walls.iter().enumerate());
-    swings.iter().filter_map(|swing| swing.door(&walls, &nearby)).collect()
+    let doors = swings.iter().filter_map(|swing| swing.door(&walls, &nearby)).collect();
+    nearby.check()?;
+    Ok(doors)
 }
 
 /// An arc of a leaf.

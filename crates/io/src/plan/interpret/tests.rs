@@ -190,6 +190,21 @@ fn what_is_turned_is_found_turned() {
 }
 
 #[test]
+fn a_heap_of_lines_is_refused_in_bounded_time() {
+    let mut sheet = Sheet::default();
+    // A hundred thousand lines through one metre, and as many across a country.
+    for i in 0..100_000 {
+        let k = 1e-5 * f64::from(i);
+        sheet.line(THICK, &[[k, 0.0], [k, 1.0]]);
+    }
+    assert!(matches!(elements(&sheet.sketch, 1.0, &mut Vec::new()), Err(PlanFileError::DrawingTooLarge { .. })));
+    for path in &mut sheet.sketch.paths {
+        path.points[1] = [1e6, 1e6];
+    }
+    assert!(matches!(elements(&sheet.sketch, 1.0, &mut Vec::new()), Err(PlanFileError::DrawingTooLarge { .. })));
+}
+
+#[test]
 fn odd_paths_are_put_up_with() {
     let mut sheet = Sheet::default();
     assert!(sheet.found().is_empty());
