@@ -12,7 +12,7 @@ const CELL_M: f64 = 1.0;
 const CELLS_MOST: f64 = 4096.0;
 
 /// Most pieces that are entered and met in all lookups together: some seconds. A storey of an office has a hundredth of it.
-const WORK_LIMIT: usize = 100_000_000;
+const WORK_LIMIT: usize = 30_000_000;
 /// Most entries, which take memory.
 const ENTRIES_MOST: usize = 20_000_000;
 
