@@ -93,7 +93,7 @@ pub enum PlanFileError {
     )]
     NoScale,
     /// Two scales.
-    #[error("--metres-per-pixel and --measure both give the scale: leave one of them away")]
+    #[error("--metres-per-pixel, --measure and --drawing-scale each give the scale: keep one of them")]
     TwoScales,
     /// A scale that is none.
     #[error("{metres_per_pixel} m per pixel is no scale: it must be above 0 and at most 10 m")]
@@ -113,7 +113,7 @@ pub enum PlanFileError {
         expected: &'static str,
     },
     /// A vector plan, which has metres of its own.
-    #[error("this plan is drawn in metres already: leave --metres-per-pixel and --measure away")]
+    #[error("this plan is drawn in metres already: leave --metres-per-pixel, --measure and --drawing-scale away")]
     ScaleNotNeeded,
     /// Neither a feature collection nor anything else of GeoJSON.
     #[error("the plan begins like JSON, but is no GeoJSON: {why}; export it as a FeatureCollection of walls, doors and rooms")]
@@ -176,6 +176,17 @@ pub enum PlanFileError {
          something: --measure u1,v1,u2,v2=3.6m (two points in its units)"
     )]
     NoDrawingScale,
+    /// A scale on paper of what was never on paper.
+    #[error(
+        "--drawing-scale is for what is drawn on paper, PDF and SVG: say metres with --metres-per-pixel or --measure, if they are missing"
+    )]
+    NotOnPaper,
+    /// A page of what has none.
+    #[error("--page {page} is for PDFs: this plan has no pages, leave it away")]
+    NoPages {
+        /// Page that was asked for.
+        page: usize,
+    },
     /// A drawing's scale that is none.
     #[error("a drawing of 1:{scale} is no floor plan: give a number from 1 to 100000, such as 100 for 1:100")]
     BadDrawingScale {

@@ -48,17 +48,29 @@ pub(super) enum Opened {
 pub(super) fn open(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
     let stated = stated_scale(options, notes)?;
     let is_yaml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml"));
+    if stated.is_some() && options.drawing_scale.is_some() {
+        return Err(PlanFileError::TwoScales);
+    }
     if is_yaml {
+        only_level(options)?;
+        no_pages(options)?;
+        if options.drawing_scale.is_some() {
+            return Err(PlanFileError::NotOnPaper);
+        }
         let map = ros::read(path, stated)?;
         notes.extend(map.notes);
         return Ok((Opened::Map(map.plan), source("ros map", None, "the map.yaml")));
     }
     let head = head(path)?;
-    if imdf::is_one(&head) {
-        return Ok((Opened::Drawn(imdf::read(&bytes(path)?, notes)?), source("imdf", None, "degrees on the globe")));
-    }
     if head.windows(5).any(|bytes| bytes == b"%PDF-") {
         return of_pdf(path, options, stated, notes);
+    }
+    no_pages(options)?;
+    if imdf::is_one(&head) {
+        if stated.is_some() || options.drawing_scale.is_some() {
+            return Err(PlanFileError::ScaleNotNeeded);
+        }
+        return Ok((Opened::Drawn(imdf::read(&bytes(path)?, notes)?), source("imdf", None, "degrees on the globe")));
     }
     if dxf::is_one(&head) || dxf::is_dwg(&head) {
         let sketch = dxf::read(&bytes(path)?)?;
@@ -74,9 +86,24 @@ pub(super) fn open(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) 
             return of_text(written, &text, options, stated, notes);
         }
     }
+    only_level(options)?;
     let scale = Scale::of(stated, options, None, None)?;
     let picture = raster::open(path, SizeLimit::PLAN)?;
     Ok((of_picture(picture, scale.metres, notes), source("picture", Some(scale.metres), scale.from)))
+}
+
+/// A picture is of one storey.
+fn only_level(options: &PlanOptions) -> Result<(), PlanFileError> {
+    match &options.level {
+        Some(wish) if wish.trim() != "0" => {
+            Err(PlanFileError::NoSuchLevel { wish: wish.clone(), levels: "0 only: it is a picture".to_owned() })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn no_pages(options: &PlanOptions) -> Result<(), PlanFileError> {
+    options.page.map_or(Ok(()), |page| Err(PlanFileError::NoPages { page }))
 }
 
 /// What a text is.
@@ -158,6 +185,7 @@ fn of_pdf(path: &Path, options: &PlanOptions, stated: Option<f64>, notes: &mut V
             of_sketch("pdf", &sketch, scale, notes)
         }
         PdfPage::Scan { luma, page_pt, notes: found, .. } => {
+            only_level(options)?;
             notes.extend(found);
             // What was measured on the page is in points; the picture has pixels of its own.
             let points_per_pixel = page_pt[0] / luma.width().max(1) as f64;
@@ -217,6 +245,7 @@ impl Scale {
         }
         match (options.drawing_scale, paper_m, files) {
             (Some(scale), _, _) if !(1.0..=100_000.0).contains(&scale) => Err(PlanFileError::BadDrawingScale { scale }),
+            (Some(_), None, _) => Err(PlanFileError::NotOnPaper),
             (Some(scale), Some(paper_m), _) => Ok(Self { metres: scale * paper_m, from: "the drawing's scale, given", is_files: false }),
             (_, _, Some(metres)) => Ok(Self { metres, from: "the file's own unit", is_files: true }),
             (_, Some(_), None) => Err(PlanFileError::NoDrawingScale),

@@ -91,6 +91,24 @@ fn ros_map(dir: &Path, more: &str) -> Result<plan::PlanFile, PlanFileError> {
 }
 
 #[test]
+fn what_makes_no_sense_for_a_plan_is_said_and_not_passed_over() {
+    let dir = folder();
+    let (picture, list) = (dir.path().join("room.png"), dir.path().join("room.csv"));
+    room().save(&picture).unwrap();
+    std::fs::write(&list, "0,0,4,0\n4,0,4,3\n").unwrap();
+    let scaled = || PlanOptions { metres_per_pixel: Some(0.05), ..PlanOptions::default() };
+    let refused = |path: &Path, options: PlanOptions| plan::read(path, &options).unwrap_err();
+    let on_paper = || PlanOptions { drawing_scale: Some(100.0), ..PlanOptions::default() };
+    assert!(matches!(refused(&picture, PlanOptions { drawing_scale: Some(100.0), ..scaled() }), PlanFileError::TwoScales));
+    assert!(matches!(refused(&picture, on_paper()), PlanFileError::NotOnPaper));
+    assert!(matches!(refused(&list, on_paper()), PlanFileError::ScaleNotNeeded));
+    assert!(matches!(refused(&list, scaled()), PlanFileError::ScaleNotNeeded));
+    assert!(matches!(refused(&picture, PlanOptions { page: Some(2), ..scaled() }), PlanFileError::NoPages { page: 2 }));
+    let level = |name: &str| PlanOptions { level: Some(name.to_owned()), ..scaled() };
+    assert!(matches!(refused(&picture, level("1")), PlanFileError::NoSuchLevel { .. }) && plan::read(&picture, &level("0")).is_ok());
+}
+
+#[test]
 fn a_ros_map_lies_where_its_origin_says() {
     let dir = folder();
     let plan = ros_map(dir.path(), "free_thresh: 0.196\nnegate: 0\norigin: [-1.0, -2.0, 0.0]\n").unwrap().plan;
