@@ -81,12 +81,13 @@ pub fn render(args: &PlanFileArgs) -> Result<(), Failure> {
 
 /// A map.yaml, and its picture beside it.
 fn robots_map(args: &PlanFileArgs, voice: Voice, target: &Target<'_>) -> Result<(), Failure> {
+    let image = Path::new(target.name).with_extension("pgm");
+    let image = image.to_str().unwrap_or("map.pgm");
+    target.may_write(image)?;
     let read = inputs::plan_at(&args.plan, &args.reading)?;
     read.notes.iter().for_each(|note| voice.say(&format!("note: {note}")));
-    let image = Path::new(target.name).with_extension("pgm");
-    let image = image.to_string_lossy();
-    target.output.write(&image, export::ros_map_image(&read.value))?;
-    target.write(export::ros_map_yaml(&read.value, &image))
+    target.write_as(image, export::ros_map_image(&read.value))?;
+    target.write(export::ros_map_yaml(&read.value, image))
 }
 
 fn open(args: &PlanFileArgs, voice: Voice) -> Result<PlanDocument, Failure> {
@@ -123,26 +124,37 @@ fn tell(building: &Building, voice: Voice) {
 
 /// The file that is written.
 struct Target<'a> {
-    output: Output,
+    folder: &'a Path,
     name: &'a str,
+    force: bool,
 }
 
 impl<'a> Target<'a> {
     /// Refuses a file that is there, unless it may be overwritten.
     fn of(args: &'a PlanFileArgs) -> Result<Self, Failure> {
         let path = &args.output;
-        if path.exists() && !args.force {
-            return Err(Failure::usage(format!(
-                "the file is there already; give another, or --force to overwrite it\n  {}",
-                path.display()
-            )));
-        }
         let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| Failure::usage("the output needs a file name"))?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Ok(Self { output: Output::beside(folder)?, name })
+        let target = Self { folder, name, force: args.force };
+        target.may_write(name)?;
+        Ok(target)
+    }
+
+    fn may_write(&self, name: &str) -> Result<(), Failure> {
+        let path = self.folder.join(name);
+        if path.exists() && !self.force {
+            let why = "the file is there already; give another, or --force to overwrite it";
+            return Err(Failure::usage(format!("{why}\n  {}", path.display())));
+        }
+        Ok(())
     }
 
     fn write(&self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-        self.output.write(self.name, content)
+        self.write_as(self.name, content)
+    }
+
+    /// Writes a file that goes with it. The folder is made only now, that a plan that cannot be read leaves none behind.
+    fn write_as(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+        Output::beside(self.folder)?.write(name, content)
     }
 }

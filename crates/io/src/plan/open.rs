@@ -138,20 +138,20 @@ fn of_text(
     stated: Option<f64>,
     notes: &mut Vec<String>,
 ) -> Result<(Opened, Source), PlanFileError> {
-    if written == Written::Svg {
-        let sketch = svg::read(text)?;
-        let scale = Scale::of_paper(stated, options, &sketch, SVG_PIXEL_M)?;
-        return of_sketch("svg", &sketch, scale, notes);
-    }
-    if stated.is_some() || options.drawing_scale.is_some() {
+    if written != Written::Svg && (stated.is_some() || options.drawing_scale.is_some()) {
         return Err(PlanFileError::ScaleNotNeeded);
     }
     let metric = |format: &str| source(format, None, "the file's own metres");
     Ok(match written {
+        Written::Svg => {
+            let sketch = svg::read(text)?;
+            let scale = Scale::of_paper(stated, options, &sketch, SVG_PIXEL_M)?;
+            of_sketch("svg", &sketch, scale, notes)?
+        }
         Written::GeoJson => (Opened::Drawn(geojson::read(text, notes)?), metric("geojson")),
         Written::Osm => (Opened::Drawn(osm::read(text, notes)?), source("osm", None, "degrees on the globe")),
         Written::WallList => (Opened::Drawn(wall_list::read(text, notes)?), metric("wall list")),
-        Written::Native | Written::Svg => {
+        Written::Native => {
             let document = native::read(text)?;
             notes.extend(document.notes);
             (Opened::Drawn(document.building), document.source)

@@ -25,7 +25,7 @@ const THICKEST_WALL_M: f64 = 0.6;
 /// Points, half a cell apart, at either end of such a line that leave the wall beside them alone.
 const JAMB_POINTS: usize = 2;
 /// A door given as a point is this wide in all, metres.
-const POINT_DOOR_M: f64 = 0.9;
+pub(super) const POINT_DOOR_M: f64 = 0.9;
 /// Share of the enclosed ground that floors must cover for the rest to count as not drawn.
 const FLOORS_ARE_ALL: f64 = 0.6;
 

@@ -28,8 +28,8 @@ pub use svg::svg;
 /// Fewest corners of a ring that encloses something.
 const FEWEST_CORNERS: usize = 3;
 
-/// A door given as a point opens walls this near to it, metres: half of what drawing makes of it.
-const SPOT_RADIUS_M: f64 = 0.45;
+/// A door given as a point opens walls this near to it, metres: as much as drawing makes of it.
+const SPOT_RADIUS_M: f64 = 0.5 * super::vector::POINT_DOOR_M;
 
 /// Elements that can be written.
 fn elements(level: &Level) -> impl Iterator<Item = &Element> {
