@@ -9,7 +9,9 @@
 //! shapes' own metres. Doors and windows are known to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
+mod bounds;
 mod cells;
+mod drafter;
 mod drawing;
 mod dxf;
 pub mod export;
@@ -24,7 +26,6 @@ mod open;
 mod osm;
 mod outline;
 mod pdf;
-mod pen;
 mod projection;
 mod ros;
 mod sketch;
