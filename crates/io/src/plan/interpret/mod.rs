@@ -18,6 +18,7 @@ mod swings;
 use planwalk_types::{Element, ElementKind, Form, Plan, Pt2};
 
 use super::PlanFileError;
+use super::bounds::Bounds;
 use super::kind::Meaning;
 use super::sketch::{Sketch, SketchPath, SketchPoint};
 use pens::Pen;
@@ -73,6 +74,12 @@ impl Piece {
     fn form(&self) -> Form {
         Form::Line(vec![point(self.from), point(self.to)])
     }
+}
+
+/// The box around some pieces.
+fn around<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Option<Bounds> {
+    let ends: Vec<SketchPoint> = pieces.into_iter().flat_map(|piece| [piece.from, piece.to]).collect();
+    Bounds::of(&ends)
 }
 
 fn point(at: SketchPoint) -> Pt2<Plan> {
