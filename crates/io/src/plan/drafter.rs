@@ -137,12 +137,14 @@ impl Drafter {
     fn push(&mut self, chain: Chain, look: &Look) -> Result<(), PlanFileError> {
         // A line has no inside; that of an open chain is closed by its filling.
         let fill = look.fill.filter(|_| chain.points.len() > 2);
-        if fill.is_none() && look.stroke.is_none() {
+        let is_hidden = fill.is_none() && look.stroke.is_none();
+        if is_hidden && !chain.closed {
             return Ok(());
         }
         self.spend(chain.points.len())?;
         let closed = chain.closed || (fill.is_some() && look.stroke.is_none());
-        self.sketch.paths.push(SketchPath {
+        let paths = if is_hidden { &mut self.sketch.hidden } else { &mut self.sketch.paths };
+        paths.push(SketchPath {
             points: chain.points,
             closed,
             fill,

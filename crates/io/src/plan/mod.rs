@@ -28,6 +28,7 @@ mod outline;
 mod pdf;
 mod projection;
 mod ros;
+mod scale;
 mod sketch;
 mod storeys;
 mod svg;

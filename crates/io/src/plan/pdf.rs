@@ -30,7 +30,9 @@ use paint::Painter;
 use record::Recorder;
 use words::metres_per_point;
 
-/// A page has this much time: drawings of a million lines take a few seconds. The clock is asked at each thing drawn.
+/// All pages have this much time: drawings of a million lines take a few seconds. What is drawn is counted and bounded without a clock
+/// (points, letters, forms, pixels); but hayro calls back for what is drawn only, so operators that draw nothing in forms that are
+/// drawn often cannot be counted. The clock, asked at each thing drawn, ends these. It only ever refuses: what is read never hangs on it.
 const LONGEST: Duration = Duration::from_secs(120);
 /// Longest content of a page when unpacked, bytes: some ten million lines.
 const LONGEST_CONTENT: usize = 256 << 20;

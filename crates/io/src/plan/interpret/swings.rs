@@ -4,12 +4,12 @@ use planwalk_types::{Element, ElementKind, Form};
 
 use super::super::PlanFileError;
 use super::nearby::Nearby;
-use super::{Drawn, Piece, point};
+use super::{Drawn, Piece, SketchPath, SketchPoint, point};
 
 /// Width of a leaf, metres.
 const LEAF_M: std::ops::RangeInclusive<f64> = 0.5..=1.5;
-/// How far a leaf swings, radians: 60° to 120° (some are drawn half open, some a little more than square).
-const SWING_RAD: std::ops::RangeInclusive<f64> = 1.04..=2.1;
+/// How far a leaf swings, radians: 35° to 120° (some are drawn half open, some a little more than square).
+const SWING_RAD: std::ops::RangeInclusive<f64> = 0.6..=2.1;
 /// A leaf is drawn this near to where its arc ends, metres: half of its thickness.
 const LEAF_OFF_M: f64 = 0.08;
 /// A door fills the gap in its wall up to this, metres.
@@ -59,16 +59,25 @@ pub(super) fn doors(swings: &[Swing], found: &[Element]) -> Result<Vec<Element>,
 }
 
 /// An arc of a leaf.
-pub(super) struct Swing {
-    hinge: [f64; 2],
-    ends: [[f64; 2]; 2],
+pub(in crate::plan) struct Swing {
+    /// Centre of the arc.
+    pub hinge: SketchPoint,
+    /// Where the arc begins and ends.
+    pub ends: [SketchPoint; 2],
+    /// Width of the leaf.
+    pub radius: f64,
 }
 
 impl Swing {
-    /// The circle through the first, the middle and the last point, if all others lie on it and it is as large as a door.
+    /// One as large as a door, metres.
     pub(super) fn of(path: &Drawn<'_>) -> Option<Self> {
-        let (p, count) = (&path.points, path.points.len());
-        if !path.path.curved || path.path.closed || count < 3 {
+        Self::of_any_size(path.path, &path.points).filter(|swing| LEAF_M.contains(&swing.radius))
+    }
+
+    /// The circle through the first, the middle and the last point, if all others lie on it and it turns as far as a door does.
+    pub(in crate::plan) fn of_any_size(path: &SketchPath, points: &[SketchPoint]) -> Option<Self> {
+        let (p, count) = (points, points.len());
+        if !path.curved || path.closed || count < 3 {
             return None;
         }
         let (a, b, c) = (p[0], p[count / 2], p[count - 1]);
@@ -77,7 +86,7 @@ impl Swing {
         let round = p.iter().all(|at| (distance(hinge, *at) - radius).abs() < 0.05 * radius);
         // Twice the angle at the rim is the angle at the centre.
         let swept = 2.0 * (0.5 * distance(a, c) / radius).clamp(-1.0, 1.0).asin();
-        (LEAF_M.contains(&radius) && round && SWING_RAD.contains(&swept)).then_some(Self { hinge, ends: [a, c] })
+        (radius > 0.0 && round && SWING_RAD.contains(&swept)).then_some(Self { hinge, ends: [a, c], radius })
     }
 
     /// From the hinge to the end at which the leaf meets the other jamb: both near a wall, and none between.

@@ -40,7 +40,7 @@ impl Redraft<'_, '_> {
             }
         };
         note(self.bitmaps, "bitmaps in the SVG are not read");
-        note(uncoloured, "shapes without fill and stroke are invisible and left out");
+        note(uncoloured, "shapes without fill and stroke are invisible: they count as outlines of rooms at most");
         note(self.loops, "copies (<use>) that hold themselves are left out");
         note(self.far, "shapes with coordinates over a thousand million are left out");
         note(drafter.broken, "shapes with coordinates that are no numbers are left out");
@@ -144,8 +144,12 @@ impl Reader<'_, '_, '_> {
         let fill = path.fill().filter(|fill| shown(fill.opacity()));
         let stroke = path.stroke().filter(|stroke| shown(stroke.opacity()));
         if !path.is_visible() || (fill.is_none() && stroke.is_none()) {
-            self.uncoloured += usize::from(run.is_none() && path.fill().is_none() && path.stroke().is_none());
-            return Ok(());
+            // An outline without any look is kept, as one that is not shown (usvg calls it invisible); what is faint is not.
+            let without_look = run.is_none() && path.fill().is_none() && path.stroke().is_none();
+            if !without_look {
+                return Ok(());
+            }
+            self.uncoloured += 1;
         }
         let placing = self.placing(path.abs_transform());
         let layer = number.and_then(|n| self.draft.layers.get(n)).cloned().unwrap_or_default();
