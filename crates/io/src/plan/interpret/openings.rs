@@ -13,12 +13,12 @@ use planwalk_types::{Element, ElementKind, Form};
 
 use super::super::PlanFileError;
 use super::nearby::Nearby;
-use super::{Drawn, Piece, SketchPoint, point};
+use super::{Drawn, Piece, SketchPoint, point, specks};
 
 /// A line spans a gap if it is this long, metres: from a hatch in a door to a shop's front.
 const SPAN_M: std::ops::RangeInclusive<f64> = 0.4..=6.0;
-/// It ends this near to a wall, metres: glass is drawn inside its frame.
-const TOUCH_M: f64 = 0.06;
+/// It ends this near to a wall, or to the next line that goes on, metres: glass is drawn inside its frame, or into the wall.
+const TOUCH_M: f64 = 0.1;
 /// What ends this near to a wall's corner runs along its face, metres; glass is further in.
 const AT_CORNER_M: f64 = 0.03;
 /// A wall's end is as wide as the wall is thick, metres.
@@ -112,23 +112,11 @@ enum End {
 /// A line across a gap.
 struct Span {
     piece: Piece,
-    /// Whether it ends between the faces at either end.
+    /// Whether it, or the panes in line with it, ends between the faces of a wall.
     inner: bool,
 }
 
 impl Span {
-    fn of(piece: Piece, faces: &Faces) -> Option<Self> {
-        if !SPAN_M.contains(&piece.length()) {
-            return None;
-        }
-        let [c, s] = piece.direction();
-        let ends = [faces.end(piece.from, [-c, -s])?, faces.end(piece.to, [c, s])?];
-        let of_walls = ends.iter().filter(|end| **end != End::OnFace).count();
-        let clear = CLEAR_M.min(0.45 * piece.length());
-        let is_gap = of_walls > 0 && faces.distance(piece.point_at(0.5 * piece.length(), 0.0)) > clear;
-        is_gap.then_some(Self { piece, inner: ends.contains(&End::OfWall { inner: true }) })
-    }
-
     /// Whether the other spans the same gap.
     fn is_beside(&self, other: &Self) -> bool {
         let ends = [other.piece.from, other.piece.to].map(|at| self.piece.seen_from(at));
@@ -137,6 +125,62 @@ impl Span {
         let (low, high) = (ends[0][0].min(ends[1][0]), ends[0][0].max(ends[1][0]));
         beside && low.abs() <= along && (high - self.piece.length()).abs() <= along
     }
+}
+
+/// Lines from one end of a wall to another, or to the long side of one; panes may follow each other on the way.
+fn spans(lines: &[Piece], faces: &Faces) -> Result<Vec<Span>, PlanFileError> {
+    let long: Vec<Piece> = lines.iter().filter(|piece| SPAN_M.contains(&piece.length())).copied().collect();
+    let ends: Vec<[Option<End>; 2]> = long
+        .iter()
+        .map(|piece| {
+            let [c, s] = piece.direction();
+            [faces.end(piece.from, [-c, -s]), faces.end(piece.to, [c, s])]
+        })
+        .collect();
+    let chains = chains(&long, &ends)?;
+    let mut held: Vec<Vec<End>> = vec![Vec::new(); long.len()];
+    for (chain, of_piece) in chains.iter().zip(&ends) {
+        held[*chain].extend(of_piece.iter().flatten());
+    }
+    let is_span = |i: &usize| {
+        let (piece, held) = (&long[*i], &held[chains[*i]]);
+        let clear = CLEAR_M.min(0.45 * piece.length());
+        let is_held = held.len() >= 2 && held.iter().any(|end| *end != End::OnFace);
+        is_held && faces.distance(piece.point_at(0.5 * piece.length(), 0.0)) > clear
+    };
+    let span = |i: usize| Span { piece: long[i], inner: held[chains[i]].contains(&End::OfWall { inner: true }) };
+    let found = (0..long.len()).filter(is_span).map(span).collect();
+    faces.nearby.check()?;
+    Ok(found)
+}
+
+/// For each line the number of its chain, that of its first: lines follow each other where one ends at no wall, and the next goes on
+/// from there in its direction.
+fn chains(lines: &[Piece], ends: &[[Option<End>; 2]]) -> Result<Vec<usize>, PlanFileError> {
+    let spots: Vec<(usize, SketchPoint, SketchPoint)> = (0..lines.len())
+        .flat_map(|i| {
+            let ([c, s], line) = (lines[i].direction(), &lines[i]);
+            [(i, line.from, [-c, -s], ends[i][0]), (i, line.to, [c, s], ends[i][1])]
+        })
+        .filter(|(_, _, _, end)| end.is_none())
+        .map(|(i, at, onward, _)| (i, at, onward))
+        .collect();
+    let points: Vec<Piece> = spots.iter().map(|(_, at, _)| Piece { from: *at, to: *at }).collect();
+    let nearby = Nearby::of(points.iter().enumerate());
+    let mut chain: Vec<usize> = (0..lines.len()).collect();
+    for (i, at, onward) in &spots {
+        for (j, other, back) in nearby.to_point(*at).into_iter().filter_map(|k| spots.get(k)) {
+            let (dx, dy) = (other[0] - at[0], other[1] - at[1]);
+            let aside = (dy * onward[0] - dx * onward[1]).abs();
+            let opposed = onward[0] * back[0] + onward[1] * back[1] < -1.0 + 0.5 * ASLANT * ASLANT;
+            if i != j && opposed && dx.hypot(dy) <= TOUCH_M && aside <= AT_CORNER_M {
+                let (a, b) = (specks::root(&mut chain, *i), specks::root(&mut chain, *j));
+                chain[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    nearby.check()?;
+    Ok((0..lines.len()).map(|i| specks::root(&mut chain, i)).collect())
 }
 
 /// Windows and ways through that the lines show which are no walls; `doors` are known already. What is found is counted in a note.
@@ -149,8 +193,7 @@ pub(super) fn find(
     let faces = Faces::of(found);
     let is_line = |path: &&&Drawn<'_>| path.path.stroke.is_some() && !path.path.dashed && !path.path.curved && !is_wall(path);
     let lines: Vec<Piece> = drawn.iter().filter(is_line).flat_map(|path| path.pieces()).collect();
-    let spans: Vec<Span> = lines.iter().filter_map(|piece| Span::of(*piece, &faces)).collect();
-    let mut openings = together(&spans)?;
+    let mut openings = together(&spans(&lines, &faces)?)?;
     openings.extend(paper::laid_over(drawn, &is_wall, &lines)?);
     // A leaf that swings says more than the line on its threshold, and a layer more than both.
     let is_opening = |element: &&Element| matches!(element.kind, ElementKind::Door | ElementKind::Window);

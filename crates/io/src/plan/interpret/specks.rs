@@ -43,8 +43,8 @@ fn figures(lines: &[Piece]) -> Vec<usize> {
     (0..lines.len()).map(|i| root(&mut parent, i)).collect()
 }
 
-/// Union-find with path halving.
-fn root(parent: &mut [usize], mut i: usize) -> usize {
+/// The first of those that something is joined with: union-find with path halving.
+pub(super) fn root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
         i = parent[i];

@@ -8,8 +8,14 @@ use super::{Drawn, Piece, SketchPath, SketchPoint, point};
 
 /// Width of a leaf, metres.
 const LEAF_M: std::ops::RangeInclusive<f64> = 0.5..=1.5;
-/// How far a leaf swings, radians: 35° to 120° (some are drawn half open, some a little more than square).
-const SWING_RAD: std::ops::RangeInclusive<f64> = 0.6..=2.1;
+/// How far a leaf swings, radians: 25° to 120° (some are drawn ajar, some a little more than square).
+const SWING_RAD: std::ops::RangeInclusive<f64> = 0.43..=2.1;
+/// Points of an arc lie this near to their circle, as a share of the radius, and of how far the arc bulges, whichever is less.
+const ROUND: [f64; 2] = [0.05, 0.2];
+/// An arc that a file has as a chain of chords has so many points at least.
+const CHAIN_POINTS: usize = 5;
+/// Along with a leaf go the lines of its threshold and its other side, up to this far off, metres.
+const BESIDE_LEAF_M: f64 = 0.3;
 /// A leaf is drawn this near to where its arc ends, metres: half of its thickness.
 const LEAF_OFF_M: f64 = 0.08;
 /// A door fills the gap in its wall up to this, metres.
@@ -20,15 +26,17 @@ pub(super) fn on(drawn: &[&Drawn<'_>]) -> Vec<Swing> {
     drawn.iter().filter_map(|path| Swing::of(path)).collect()
 }
 
-/// The lines that are no leaves: a leaf goes from the hinge of a swing to one of its ends, and nowhere else.
+/// The lines that are no leaves and no thresholds: these go as far as from the hinge of a swing to one of its ends, and no farther.
 pub(super) fn without_leaves(lines: Vec<Piece>, swings: &[Swing]) -> Result<Vec<Piece>, PlanFileError> {
     let ends = |swing: &Swing| swing.ends.map(|end| Piece { from: swing.hinge, to: end });
     let leaves: Vec<Piece> = swings.iter().flat_map(ends).collect();
     let nearby = Nearby::of(leaves.iter().enumerate());
     let is_leaf = |line: &Piece| {
-        let near = |a: [f64; 2], b: [f64; 2]| distance(a, b) <= LEAF_OFF_M;
-        let same =
-            |leaf: &Piece| (near(leaf.from, line.from) && near(leaf.to, line.to)) || (near(leaf.from, line.to) && near(leaf.to, line.from));
+        let same = |leaf: &Piece| {
+            let [[a, left], [b, other]] = [line.from, line.to].map(|at| leaf.seen_from(at));
+            let as_long = a.min(b).abs() <= LEAF_OFF_M && (a.max(b) - leaf.length()).abs() <= LEAF_OFF_M;
+            as_long && left.abs().max(other.abs()) <= BESIDE_LEAF_M && (left - other).abs() <= LEAF_OFF_M
+        };
         nearby.to_point(line.from).into_iter().any(|i| same(&leaves[i]))
     };
     let rest = lines.into_iter().filter(|line| !is_leaf(line)).collect();
@@ -77,15 +85,16 @@ impl Swing {
     /// The circle through the first, the middle and the last point, if all others lie on it and it turns as far as a door does.
     pub(in crate::plan) fn of_any_size(path: &SketchPath, points: &[SketchPoint]) -> Option<Self> {
         let (p, count) = (points, points.len());
-        if !path.curved || path.closed || count < 3 {
+        if path.closed || count < if path.curved { 3 } else { CHAIN_POINTS } {
             return None;
         }
         let (a, b, c) = (p[0], p[count / 2], p[count - 1]);
         let hinge = centre(a, b, c)?;
         let radius = distance(hinge, a);
-        let round = p.iter().all(|at| (distance(hinge, *at) - radius).abs() < 0.05 * radius);
         // Twice the angle at the rim is the angle at the centre.
         let swept = 2.0 * (0.5 * distance(a, c) / radius).clamp(-1.0, 1.0).asin();
+        let off = (ROUND[0] * radius).min(ROUND[1] * radius * (1.0 - (0.5 * swept).cos()));
+        let round = p.iter().all(|at| (distance(hinge, *at) - radius).abs() < off);
         (radius > 0.0 && round && SWING_RAD.contains(&swept)).then_some(Self { hinge, ends: [a, c], radius })
     }
 

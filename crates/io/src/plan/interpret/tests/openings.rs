@@ -92,6 +92,39 @@ fn steps_sills_and_columns_are_no_openings() {
 }
 
 #[test]
+fn panes_that_follow_each_other_are_windows_from_wall_to_wall() {
+    let mut sheet = room(3.0);
+    // Two panes with a post of 1 cm between them, which is no wall.
+    for [from, to] in [[3.0, 4.495], [4.505, 6.0]] {
+        for y in [0.0, 0.4, 0.2] {
+            sheet.line(THIN, &[[from, y], [to, y]]);
+        }
+    }
+    assert_eq!(openings(&sheet), [2, 0]);
+    // A bench that ends in the open is none.
+    let mut bench = room(3.0);
+    bench.line(THIN, &[[3.0, 0.2], [4.495, 0.2]]);
+    assert_eq!(openings(&bench), [0, 0]);
+}
+
+#[test]
+fn a_door_ajar_is_a_door_though_its_arc_is_a_chain_and_its_threshold_is_drawn_as_walls_are() {
+    let mut sheet = Sheet::default();
+    let arc: Vec<SketchPoint> = (0..=8)
+        .map(|i| {
+            let (s, c) = (f64::from(i) * 30.0 / 8.0).to_radians().sin_cos();
+            [4.0 - 0.9 * s, 2.0 + 0.9 * c]
+        })
+        .collect();
+    sheet.flat(THICK).line(THICK, &arc).line(THICK, &[[4.0, 2.0], arc[8]]);
+    sheet.line(THICK, &[[4.0, 2.0], [4.0, 2.9]]).line(THICK, &[[4.1, 2.0], [4.1, 2.9]]);
+    // This one, and the way out, in which nothing is drawn.
+    assert_eq!(openings(&sheet), [0, 2]);
+    let plan = sheet.plan();
+    assert_eq!([at(&plan, 4.0, 2.45), at(&plan, arc[4][0], arc[4][1]), at(&plan, 4.0, 1.0)], [Cell::Door, Cell::Free, Cell::Wall]);
+}
+
+#[test]
 fn openings_turn_with_the_drawing() {
     let mut sheet = room(2.0);
     for y in [0.0, 0.4, 0.18, 0.22] {
