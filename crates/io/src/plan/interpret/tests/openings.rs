@@ -125,6 +125,18 @@ fn a_door_ajar_is_a_door_though_its_arc_is_a_chain_and_its_threshold_is_drawn_as
 }
 
 #[test]
+fn two_leaves_that_meet_are_one_door_as_wide_as_both() {
+    let mut sheet = Sheet::default();
+    // A corridor's end, the threshold drawn as the walls are.
+    sheet.line(THICK, &[[2.0, 0.0], [0.0, 0.0], [0.0, 5.0], [8.0, 5.0], [8.0, 0.0], [3.8, 0.0]]).line(THICK, &[[2.0, 0.0], [3.8, 0.0]]);
+    sheet.line(THICK, &[[4.0, 2.0], [4.0, 5.0]]);
+    sheet.arc(THIN, [2.0, 0.0], 0.9, 0.0, 90.0).arc(THIN, [3.8, 0.0], 0.9, 90.0, 180.0);
+    assert_eq!(openings(&sheet), [0, 1]);
+    let plan = sheet.plan();
+    assert!([2.2, 2.9, 3.6].iter().all(|x| at(&plan, *x, 0.0) == Cell::Door));
+}
+
+#[test]
 fn openings_turn_with_the_drawing() {
     let mut sheet = room(2.0);
     for y in [0.0, 0.4, 0.18, 0.22] {
