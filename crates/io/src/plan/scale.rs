@@ -80,8 +80,7 @@ impl Scale {
                 }
                 notes.push(format!("the scale is taken from the drawing itself: {} {} a unit{}", best.says, best.figure(), best.remark));
                 let scale = Self { metres: best.metres, from: best.from, is_files: false };
-                let comparable = |other: &&Witness| other.sigma > 0.0;
-                notes.extend(others.iter().filter(comparable).map(|other| scale.compared(other)));
+                notes.extend(others.iter().map(|other| scale.compared(other)));
                 Ok(scale)
             }
             Err(why) => Err(why),
