@@ -160,6 +160,24 @@ fn windows_that_are_drawn_without_arcs_close_a_real_facade() {
     let Some(folder) = data("floorplans/aalto_otaniemi_svg") else { return };
     let document = plan::import(&folder.join("CS_floor1.svg"), &PlanOptions::default()).unwrap();
     let windows: Vec<_> = document.building.levels[0].elements.iter().filter(|e| e.kind == ElementKind::Window).collect();
-    // Its file has 93 groups of glass, of which a few are doors of glass or stand across corners.
-    assert!((80..=100).contains(&windows.len()), "{} windows", windows.len());
+    // So many groups of glass there are in its file.
+    assert_eq!(windows.len(), 93);
+}
+
+#[test]
+fn the_doors_of_a_real_floor_tell_its_size_where_nothing_else_does() {
+    let Some(folder) = data("floorplans/aalto_otaniemi_svg") else { return };
+    // One floor twice: with areas written in its rooms, and with nothing but doors.
+    let [by_areas, by_doors] =
+        ["CS_floor3.svg", "K1_floor3.svg"].map(|name| plan::import(&folder.join(name), &PlanOptions::default()).unwrap());
+    assert_eq!(by_doors.source.scale_from.as_deref(), Some("widths of doors"));
+    let width_m = |building: &planwalk_types::Building| {
+        let xs = || building.levels[0].elements.iter().flat_map(|element| element.form.points()).map(|at| at.x);
+        xs().fold(f64::NEG_INFINITY, f64::max) - xs().fold(f64::INFINITY, f64::min)
+    };
+    let off = width_m(&by_doors.building) / width_m(&by_areas.building) - 1.0;
+    // Two standard deviations of what five widths of leaves say.
+    assert!(off.abs() < 0.13, "{:.1} % off", 100.0 * off);
+    let doors = by_doors.building.levels[0].elements.iter().filter(|element| element.kind == ElementKind::Door).count();
+    assert!((65..95).contains(&doors), "{doors} doors");
 }

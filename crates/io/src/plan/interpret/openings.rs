@@ -9,6 +9,8 @@
 mod gaps;
 mod paper;
 
+use std::collections::HashMap;
+
 use planwalk_types::{Element, ElementKind, Form};
 
 use super::super::PlanFileError;
@@ -197,10 +199,11 @@ pub(super) fn find(
     openings.extend(paper::laid_over(drawn, &is_wall, &lines)?);
     // A leaf that swings says more than the line on its threshold, and a layer more than both.
     let is_opening = |element: &&Element| matches!(element.kind, ElementKind::Door | ElementKind::Window);
-    let known: Vec<SketchPoint> = found.iter().filter(is_opening).filter_map(middle).collect();
-    openings.retain(|opening| middle(opening).is_none_or(|at| known.iter().all(|other| distance(at, *other) > SAME_GAP_M)));
-    let taken: Vec<SketchPoint> = openings.iter().filter_map(middle).chain(known).collect();
-    let ways = gaps::between(found, &faces, &taken)?;
+    let mut taken = Taken::default();
+    found.iter().filter(is_opening).filter_map(middle).for_each(|at| taken.add(at));
+    openings.retain(|opening| middle(opening).is_none_or(|at| !taken.holds(at)));
+    openings.iter().filter_map(middle).for_each(|at| taken.add(at));
+    let ways = gaps::between(found, &faces, &mut taken)?;
     faces.nearby.check()?;
     let count = |kind: ElementKind| openings.iter().filter(|opening| opening.kind == kind).count();
     if openings.len() + ways.len() > 0 {
@@ -213,6 +216,30 @@ pub(super) fn find(
     }
     openings.extend(ways);
     Ok(openings)
+}
+
+/// Where openings are known, by squares as wide as [`SAME_GAP_M`].
+#[derive(Default)]
+struct Taken(HashMap<(i64, i64), Vec<SketchPoint>>);
+
+impl Taken {
+    fn square(at: SketchPoint) -> (i64, i64) {
+        at.map(|v| (v / SAME_GAP_M).floor() as i64).into()
+    }
+
+    /// Whether an opening is near.
+    fn holds(&self, at: SketchPoint) -> bool {
+        let (x, y) = Self::square(at);
+        let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (x.saturating_add(dx), y.saturating_add(dy))));
+        around.filter_map(|square| self.0.get(&square)).flatten().any(|other| distance(at, *other) <= SAME_GAP_M)
+    }
+
+    /// Nothing, where one is near: so squares stay nearly empty.
+    fn add(&mut self, at: SketchPoint) {
+        if !self.holds(at) {
+            self.0.entry(Self::square(at)).or_default().push(at);
+        }
+    }
 }
 
 /// Spans of one gap as one opening each.

@@ -13,8 +13,8 @@ const FEWEST: usize = 2;
 const SHARE: f64 = 0.5;
 /// Of rings around a text, this many are tried, from the smallest: a frame around the label, the room, the flat.
 const RINGS_TRIED: usize = 4;
-/// Most tests of a text against a ring's box: some seconds. An office floor has a thousandth of it.
-const TESTS_MOST: usize = 300_000_000;
+/// Most tests of a text against a ring and its corners: some seconds. An office floor has a thousandth of it.
+const TESTS_MOST: usize = 1_000_000_000;
 /// No spread is smaller: outlines are drawn to a finger's breadth.
 const LEAST_SIGMA: f64 = 0.001;
 /// From a median deviation to a standard one, of a normal distribution.
@@ -42,7 +42,8 @@ pub(super) fn witness(sketch: &Sketch) -> Option<Witness> {
         sketch.texts.iter().filter_map(|text| Some((inside(text.at, text.height), area_m2(&text.text)?))).collect();
     let rings: Vec<Ring<'_>> =
         sketch.hidden.iter().chain(&sketch.paths).filter(|path| path.closed).filter_map(|path| Ring::of(&path.points)).collect();
-    if written.len() < FEWEST || written.len().saturating_mul(rings.len()) > TESTS_MOST {
+    let corners: usize = rings.iter().map(|ring| 1 + ring.points.len()).sum();
+    if written.len() < FEWEST || written.len().saturating_mul(corners) > TESTS_MOST {
         return None;
     }
     // Of each text, what each ring around it says, as a logarithm.

@@ -5,7 +5,7 @@ use planwalk_types::{Element, ElementKind, Form};
 use super::super::super::PlanFileError;
 use super::super::nearby::Nearby;
 use super::super::{Piece, SketchPoint};
-use super::{ASLANT, END_M, Faces, SAME_GAP_M, TOUCH_M, WIDEST_DOOR_M, distance, opening, sides};
+use super::{ASLANT, END_M, Faces, TOUCH_M, Taken, WIDEST_DOOR_M, distance, opening, sides};
 
 /// Gaps are no narrower than this, metres.
 const NARROWEST_M: f64 = 0.5;
@@ -25,8 +25,8 @@ struct Jamb {
     long: bool,
 }
 
-/// Ways through between walls, except where an opening is known.
-pub(super) fn between(found: &[Element], faces: &Faces, known: &[SketchPoint]) -> Result<Vec<Element>, PlanFileError> {
+/// Ways through between walls, except where an opening is taken to be already.
+pub(super) fn between(found: &[Element], faces: &Faces, taken: &mut Taken) -> Result<Vec<Element>, PlanFileError> {
     let walls = || found.iter().filter(|element| element.kind == ElementKind::Wall);
     let mut jambs: Vec<Jamb> = walls().flat_map(|wall| of_areas(&wall.form)).collect();
     jambs.extend(walls().flat_map(|wall| of_lines(&wall.form, faces)));
@@ -42,7 +42,6 @@ pub(super) fn between(found: &[Element], faces: &Faces, known: &[SketchPoint]) -
         .collect();
     nearby.check()?;
     let mut ways: Vec<Element> = Vec::new();
-    let mut places: Vec<SketchPoint> = known.to_vec();
     for (i, j) in facing.iter().enumerate().filter_map(|(i, j)| Some((i, (*j)?))) {
         let (a, b) = (&jambs[i], &jambs[j]);
         // Each pair once, and only where either is the nearest to the other.
@@ -51,10 +50,10 @@ pub(super) fn between(found: &[Element], faces: &Faces, known: &[SketchPoint]) -
         }
         let way = Piece { from: a.middle, to: b.middle };
         let centre = way.point_at(0.5 * way.length(), 0.0);
-        if is_free(&way, faces) && places.iter().all(|place| distance(*place, centre) > SAME_GAP_M) {
+        if is_free(&way, faces) && !taken.holds(centre) {
             let half = 0.5 * a.width_m.min(b.width_m);
             ways.push(opening(ElementKind::Door, &way, -half, half));
-            places.push(centre);
+            taken.add(centre);
         }
     }
     Ok(ways)

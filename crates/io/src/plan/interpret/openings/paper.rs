@@ -9,6 +9,8 @@ use super::{END_M, SPAN_M, opening};
 
 /// Just beside the paper, metres.
 const BESIDE_M: f64 = 0.04;
+/// Most corners of walls that are compared with strips, all together: a second or two. Offices need a thousandth of it.
+const CORNERS_MOST: usize = 500_000_000;
 /// A line on it is glass if it is this long, as a share of it.
 const GLASS: f64 = 0.7;
 
@@ -23,6 +25,7 @@ pub(super) fn laid_over(
     let nearby = Nearby::of(sides.iter().map(|(piece, _)| piece).enumerate());
     let glass = Nearby::of(lines.iter().enumerate());
     let mut openings = Vec::new();
+    let mut corners = 0;
     for path in drawn.iter().filter(|path| path.path.closed && is_paper(path)) {
         let Some((along, half)) = strip(path) else { continue };
         let middle = along.point_at(0.5 * along.length(), 0.0);
@@ -30,6 +33,11 @@ pub(super) fn laid_over(
         let mut walls: Vec<usize> = nearby.to_point(middle).into_iter().filter_map(|i| Some(sides.get(i)?.1)).collect();
         walls.sort_unstable();
         walls.dedup();
+        // Five points are asked of each.
+        corners += walls.iter().map(|i| 5 * solid[*i].points.len()).sum::<usize>();
+        if corners > CORNERS_MOST {
+            return Err(PlanFileError::DrawingTooLarge { what: "corners of walls under white areas", limit: CORNERS_MOST });
+        }
         let below = |at: SketchPoint| walls.iter().any(|i| solid[*i].path.group < path.path.group && holds(solid[*i], at));
         let length = along.length();
         let on_wall = [0.25, 0.5, 0.75].iter().all(|share| below(along.point_at(share * length, 0.0)));
