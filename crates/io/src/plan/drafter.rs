@@ -1,4 +1,4 @@
-//! How do curves, clips and looks become the chains of a [`Sketch`]? Readers of SVG and PDF draw with it.
+//! How do curves, clips and looks become the chains of a [`Sketch`]? Readers of SVG and PDF draw with one [`Drafter`].
 //!
 //! strokes of the file, in the sketch's frame ─▶ chains of chords ─▶ cut at the clip's box ─▶ [`SketchPath`]
 //!

@@ -5,7 +5,7 @@
 //! The first that there is counts; the drawing's own witnesses are compared with it, and a note tells how well they agree. The
 //! areas go before the words: they hold on paper of any size, and "1:100" does not.
 
-mod areas;
+pub(super) mod areas;
 mod doors;
 mod words;
 

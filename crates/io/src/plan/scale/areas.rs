@@ -134,7 +134,7 @@ impl<'a> Ring<'a> {
 }
 
 /// The first area that a text says, square metres: 65.948 of "A: 65.948 m2".
-pub(super) fn area_m2(text: &str) -> Option<f64> {
+pub(in crate::plan) fn area_m2(text: &str) -> Option<f64> {
     let text = text.to_lowercase();
     let mut rest = text.as_str();
     while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
