@@ -5,7 +5,7 @@
 use planwalk_types::ElementKind;
 
 /// What a word says of what it stands at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Meaning {
     /// Part of the building.
     Part(ElementKind),

@@ -9,7 +9,9 @@
 //! shapes' own metres. Doors and windows are known to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
+mod bounds;
 mod cells;
+mod drafter;
 mod drawing;
 mod dxf;
 pub mod export;
@@ -24,9 +26,9 @@ mod open;
 mod osm;
 mod outline;
 mod pdf;
-mod pen;
 mod projection;
 mod ros;
+mod scale;
 mod sketch;
 mod storeys;
 mod svg;
@@ -172,8 +174,8 @@ pub enum PlanFileError {
     },
     /// A drawing on paper without its scale.
     #[error(
-        "the drawing has no scale: give --drawing-scale 100 for 1:100, or --metres-per-pixel M for one unit of it, or the length of \
-         something: --measure u1,v1,u2,v2=3.6m (two points in its units)"
+        "the drawing has no scale, and neither areas in its rooms nor doors tell it: give --drawing-scale 100 for 1:100, or \
+         --metres-per-pixel M for one unit of it, or the length of something: --measure u1,v1,u2,v2=3.6m (two points in its units)"
     )]
     NoDrawingScale,
     /// A scale on paper of what was never on paper.

@@ -6,12 +6,13 @@ use std::io::Read;
 use std::path::Path;
 
 use image::DynamicImage;
-use planwalk_types::{Building, FloorPlan, Pt2};
+use planwalk_types::{Building, FloorPlan, Lettering, Pt2};
 
 use super::cells::Pixels;
 use super::native::Source;
 use super::pdf::PdfPage;
-use super::sketch::Sketch;
+use super::scale::Scale;
+use super::sketch::{Sketch, SketchText};
 use super::{PlanFileError, PlanOptions, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list};
 use crate::raster::{self, SizeLimit};
 use crate::text;
@@ -23,11 +24,6 @@ const LARGEST: u64 = 512 << 20;
 /// Metres of a point, of which PDF has 72 in an inch, and of a pixel, of which SVG has 96.
 const POINT_M: f64 = 0.0254 / 72.0;
 const SVG_PIXEL_M: f64 = 0.0254 / 96.0;
-/// Floor plans are drawn to these scales; others on a sheet are dates, ratios or details.
-const USUAL_SCALES: [f64; 8] = [20.0, 25.0, 50.0, 75.0, 100.0, 200.0, 250.0, 500.0];
-const WRITTEN: &str = "the drawing's own words";
-/// A floor by a drawing's own unit is neither smaller nor larger than this, metres across.
-const PLAUSIBLE_M: std::ops::RangeInclusive<f64> = 2.0..=5000.0;
 
 /// A plan, before it is one storey on a grid.
 pub(super) enum Opened {
@@ -74,7 +70,7 @@ pub(super) fn open(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) 
     }
     if dxf::is_one(&head) || dxf::is_dwg(&head) {
         let sketch = dxf::read(&bytes(path)?)?;
-        let scale = Scale::of(stated, options, sketch.metres_per_unit, None)?;
+        let scale = Scale::of_drawing(stated, options, &sketch, None, notes)?;
         return of_sketch("dxf", &sketch, scale, notes);
     }
     let packed = head.starts_with(&[0x1f, 0x8b]) || head.starts_with(b"BZh");
@@ -145,7 +141,7 @@ fn of_text(
     Ok(match written {
         Written::Svg => {
             let sketch = svg::read(text)?;
-            let scale = Scale::of_paper(stated, options, &sketch, SVG_PIXEL_M)?;
+            let scale = Scale::of_drawing(stated, options, &sketch, Some(SVG_PIXEL_M), notes)?;
             of_sketch("svg", &sketch, scale, notes)?
         }
         Written::GeoJson => (Opened::Drawn(geojson::read(text, notes)?), metric("geojson")),
@@ -167,21 +163,34 @@ fn of_picture(picture: DynamicImage, metres_per_pixel: f64, notes: &mut Vec<Stri
 
 fn of_sketch(format: &str, sketch: &Sketch, scale: Scale, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
     notes.extend(sketch.notes.iter().cloned());
-    if scale.from == WRITTEN {
-        notes.push(format!("the scale is what the drawing says of itself: {} m a unit", scale.metres));
-    }
-    scale.check(sketch)?;
     let elements = match sketch.exported_from {
         Some(origin) if scale.is_files => interpret::exported(sketch, scale.metres, origin),
         _ => interpret::elements(sketch, scale.metres, notes)?,
     };
-    Ok((Opened::Drawn(Building::of_one_level(elements)), source(format, Some(scale.metres), scale.from)))
+    let mut building = Building::of_one_level(elements);
+    for level in &mut building.levels {
+        level.texts = letterings(sketch, scale);
+    }
+    Ok((Opened::Drawn(building), source(format, Some(scale.metres), scale.from)))
+}
+
+/// What is written on a drawing, in metres.
+fn letterings(sketch: &Sketch, Scale { metres, is_files, .. }: Scale) -> Vec<Lettering> {
+    // What this program exported is moved back to where it was.
+    let origin = sketch.exported_from.filter(|_| is_files).unwrap_or_default();
+    let lettering = |text: &SketchText| Lettering {
+        at: Pt2::new(origin[0] + metres * text.at[0], origin[1] + metres * text.at[1]),
+        height_m: metres * text.height,
+        text: text.text.clone(),
+        source: Some(text.layer.clone()).filter(|layer| !layer.is_empty()),
+    };
+    sketch.texts.iter().map(lettering).collect()
 }
 
 fn of_pdf(path: &Path, options: &PlanOptions, stated: Option<f64>, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
     match pdf::read(bytes(path)?, options.page)? {
         PdfPage::Drawing(sketch) => {
-            let scale = Scale::of_paper(stated, options, &sketch, POINT_M)?;
+            let scale = Scale::of_drawing(stated, options, &sketch, Some(POINT_M), notes)?;
             of_sketch("pdf", &sketch, scale, notes)
         }
         PdfPage::Scan { luma, page_pt, notes: found, .. } => {
@@ -218,80 +227,6 @@ pub(super) fn building(opened: Opened, notes: &mut Vec<String>) -> Result<Buildi
     Ok(Building::of_one_level(outlines.elements))
 }
 
-/// Metres in a unit, and who says so.
-#[derive(Debug, Clone, Copy)]
-struct Scale {
-    metres: f64,
-    from: &'static str,
-    /// The file's own unit may be a slip.
-    is_files: bool,
-}
-
-impl Scale {
-    /// As [`Scale::of`]; a drawing that nobody says anything of may say it itself, in words.
-    fn of_paper(stated: Option<f64>, options: &PlanOptions, sketch: &Sketch, paper_m: f64) -> Result<Self, PlanFileError> {
-        let scale = Self::of(stated, options, sketch.metres_per_unit, Some(paper_m));
-        match (scale, written_scale(sketch)) {
-            (Err(PlanFileError::NoDrawingScale), Some(scale)) => Ok(Self { metres: scale * paper_m, from: WRITTEN, is_files: true }),
-            (scale, _) => scale,
-        }
-    }
-
-    /// What a person says goes before what the file says; `paper_m` is the unit's size on paper.
-    fn of(stated: Option<f64>, options: &PlanOptions, files: Option<f64>, paper_m: Option<f64>) -> Result<Self, PlanFileError> {
-        if let Some(metres) = stated {
-            let from = if !options.measures.is_empty() { "a measured length" } else { "given" };
-            return Ok(Self { metres, from, is_files: false });
-        }
-        match (options.drawing_scale, paper_m, files) {
-            (Some(scale), _, _) if !(1.0..=100_000.0).contains(&scale) => Err(PlanFileError::BadDrawingScale { scale }),
-            (Some(_), None, _) => Err(PlanFileError::NotOnPaper),
-            (Some(scale), Some(paper_m), _) => Ok(Self { metres: scale * paper_m, from: "the drawing's scale, given", is_files: false }),
-            (_, _, Some(metres)) => Ok(Self { metres, from: "the file's own unit", is_files: true }),
-            (_, Some(_), None) => Err(PlanFileError::NoDrawingScale),
-            (_, None, None) => Err(PlanFileError::NoScale),
-        }
-    }
-
-    /// A unit that makes the drawing no building is a slip.
-    fn check(&self, sketch: &Sketch) -> Result<(), PlanFileError> {
-        let points = || sketch.paths.iter().flat_map(|path| &path.points);
-        let size_m = [0, 1].map(|k| {
-            let (low, high) = points().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), at| (l.min(at[k]), h.max(at[k])));
-            self.metres * (high - low).max(0.0)
-        });
-        if self.is_files && !PLAUSIBLE_M.contains(&size_m[0].max(size_m[1])) {
-            return Err(PlanFileError::ImplausibleUnit { metres_per_unit: self.metres, width_m: size_m[0], height_m: size_m[1] });
-        }
-        Ok(())
-    }
-}
-
-/// The scale that is written on a drawing, as 100 of 1:100; `None` where there is none, or several.
-fn written_scale(sketch: &Sketch) -> Option<f64> {
-    let mut found: Vec<f64> = sketch.texts.iter().flat_map(|text| scales_in(&text.text)).collect();
-    found.sort_by(f64::total_cmp);
-    found.dedup();
-    if let [scale] = found[..] { Some(scale) } else { None }
-}
-
-/// All "1:100", "1 : 50", "1/200" in a text that are usual scales of floor plans.
-fn scales_in(text: &str) -> Vec<f64> {
-    let bare: String = text.chars().filter(|c| !c.is_whitespace()).collect();
-    // No other digit goes before the 1, nor a decimal point with one before it.
-    let is_digit = |c: char| c.is_ascii_digit();
-    let ends_alone = |before: &str| {
-        before
-            .strip_suffix('1')
-            .is_some_and(|rest| !rest.ends_with(is_digit) && !rest.strip_suffix('.').is_some_and(|r| r.ends_with(is_digit)))
-    };
-    let scale = |(at, _): (usize, &str)| {
-        let digits: String = bare[at + 1..].chars().take_while(|c| is_digit(*c)).collect();
-        digits.parse().ok().filter(|scale: &f64| ends_alone(&bare[..at]) && USUAL_SCALES.contains(scale))
-    };
-    bare.match_indices([':', '/']).filter_map(scale).collect()
-}
-
 fn source(format: &str, metres_per_unit: Option<f64>, scale_from: &str) -> Source {
     Source { format: Some(format.to_owned()), metres_per_unit, scale_from: Some(scale_from.to_owned()), ..Source::default() }
 }
@@ -325,27 +260,4 @@ fn bytes(path: &Path) -> Result<Vec<u8>, PlanFileError> {
         return Err(PlanFileError::FileTooLarge { limit_mb: LARGEST >> 20 });
     }
     Ok(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::plan::sketch::SketchText;
-
-    #[test]
-    fn a_scale_that_is_written_on_a_drawing_is_understood_if_it_is_the_only_one() {
-        let saying = |texts: &[&str]| {
-            let text = |text: &&str| SketchText { at: [0.0; 2], height: 1.0, text: (*text).to_owned(), layer: String::new() };
-            written_scale(&Sketch { texts: texts.iter().map(text).collect(), ..Sketch::default() })
-        };
-        for (texts, scale) in [
-            (&["Scale 1:100"][..], Some(100.0)),
-            (&["M 1 : 50 (A1)", "Erdgeschoss", "1:50"], Some(50.0)),
-            (&["ech. 1/200"], Some(200.0)),
-            (&["1:100", "Detail 1:20"], None),
-            (&["11:50 h", "21/25", "4.1:100", "1:37", "1:", "x1", ""], None),
-        ] {
-            assert_eq!(saying(texts), scale, "{texts:?}");
-        }
-    }
 }

@@ -69,7 +69,8 @@ fn stacked(storeys: BTreeMap<Level, Vec<Element>>, names: &BTreeMap<Level, Strin
     let ordinals = levels::ordinals(&storeys.keys().copied().collect());
     let name = |level: Level| names.get(&level).cloned().unwrap_or_else(|| level.name());
     let levels = storeys.into_iter().zip(ordinals);
-    let levels = levels.map(|((level, elements), ordinal)| planwalk_types::Level { ordinal, name: name(level), elements });
+    let levels =
+        levels.map(|((level, elements), ordinal)| planwalk_types::Level { ordinal, name: name(level), elements, texts: Vec::new() });
     Building { levels: levels.collect(), georeference: None }
 }
 

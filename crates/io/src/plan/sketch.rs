@@ -12,6 +12,8 @@ pub(super) type SketchPoint = [f64; 2];
 pub(super) struct Sketch {
     /// What is drawn, in the file's order (later ones lie on top). Curves are already chains of short chords.
     pub paths: Vec<SketchPath>,
+    /// Rings that are in the file without fill and line: rooms, as a rule, that one may click on.
+    pub hidden: Vec<SketchPath>,
     /// What is written.
     pub texts: Vec<SketchText>,
     /// Metres in one unit, where the file says so.

@@ -137,3 +137,47 @@ fn wall_share(one: &FloorPlan, other: &FloorPlan) -> f64 {
     };
     walls.iter().filter(is_near).count() as f64 / walls.len().max(1) as f64
 }
+
+#[test]
+fn real_drawings_without_a_scale_have_it_from_the_areas_written_in_their_rooms() {
+    let Some(folder) = data("floorplans/aalto_otaniemi_svg") else { return };
+    // Room 150 of the first floor is drawn 285.19 by 241.76 units, and "A: 65.948 m2" is written in it.
+    let one_room = (65.948_f64 / (285.193 * 241.758)).sqrt();
+    let document = plan::import(&folder.join("CS_floor1.svg"), &PlanOptions::default()).unwrap();
+    let metres = document.source.metres_per_unit.unwrap();
+    // Of one room alone: its outline is drawn to the faces of its walls, a finger's breadth or two.
+    assert!((metres / one_room - 1.0).abs() < 0.01, "{metres} m a unit, by one room {one_room}");
+    assert_eq!(document.source.scale_from.as_deref(), Some("areas written in rooms"));
+    let texts = &document.building.levels[0].texts;
+    assert!(texts.iter().any(|text| text.text == "150" && text.height_m > 0.05), "{} texts", texts.len());
+    // What a person says is warned of where the rooms say otherwise.
+    let given = plan::import(&folder.join("CS_floor1.svg"), &scaled(0.05)).unwrap();
+    assert!(given.notes.iter().any(|note| note.starts_with("warning: ") && note.contains("areas written")), "{:?}", given.notes);
+}
+
+#[test]
+fn windows_that_are_drawn_without_arcs_close_a_real_facade() {
+    let Some(folder) = data("floorplans/aalto_otaniemi_svg") else { return };
+    let document = plan::import(&folder.join("CS_floor1.svg"), &PlanOptions::default()).unwrap();
+    let windows: Vec<_> = document.building.levels[0].elements.iter().filter(|e| e.kind == ElementKind::Window).collect();
+    // So many groups of glass there are in its file.
+    assert_eq!(windows.len(), 93);
+}
+
+#[test]
+fn the_doors_of_a_real_floor_tell_its_size_where_nothing_else_does() {
+    let Some(folder) = data("floorplans/aalto_otaniemi_svg") else { return };
+    // One floor twice: with areas written in its rooms, and with nothing but doors.
+    let [by_areas, by_doors] =
+        ["CS_floor3.svg", "K1_floor3.svg"].map(|name| plan::import(&folder.join(name), &PlanOptions::default()).unwrap());
+    assert_eq!(by_doors.source.scale_from.as_deref(), Some("widths of doors"));
+    let width_m = |building: &planwalk_types::Building| {
+        let xs = || building.levels[0].elements.iter().flat_map(|element| element.form.points()).map(|at| at.x);
+        xs().fold(f64::NEG_INFINITY, f64::max) - xs().fold(f64::INFINITY, f64::min)
+    };
+    let off = width_m(&by_doors.building) / width_m(&by_areas.building) - 1.0;
+    // Two standard deviations of what five widths of leaves say.
+    assert!(off.abs() < 0.13, "{:.1} % off", 100.0 * off);
+    let doors = by_doors.building.levels[0].elements.iter().filter(|element| element.kind == ElementKind::Door).count();
+    assert!((65..95).contains(&doors), "{doors} doors");
+}

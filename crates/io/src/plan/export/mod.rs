@@ -80,7 +80,7 @@ mod tests {
             named(ElementKind::Room, "Küche <1> & \"2\"", Form::Area(vec![ring(0.0, 0.0, 5.0, 4.0)])),
             named(ElementKind::Room, "3", Form::Area(vec![ring(5.0, 0.0, 8.0, 4.0)])),
         ];
-        Level { ordinal: 1, name: "first floor".to_owned(), elements }
+        Level { ordinal: 1, name: "first floor".to_owned(), elements, texts: Vec::new() }
     }
 
     /// What the crate's reader makes of a file with this text.

@@ -1,7 +1,7 @@
 //! What frames the sheet? A rectangle around all the rest, and nothing that touches it.
 
-use super::pens::Bounds;
-use super::{Drawn, Piece};
+use super::super::bounds::Bounds;
+use super::Drawn;
 
 /// The rest keeps this far from a frame, of the frame's size.
 const APART: f64 = 0.01;
@@ -12,22 +12,17 @@ const FRAMES_MOST: usize = 4;
 pub(super) fn without<'a>(drawn: &'a [Drawn<'a>], notes: &mut Vec<String>) -> Vec<&'a Drawn<'a>> {
     let mut kept: Vec<&Drawn<'_>> = drawn.iter().filter(|path| path.points.len() > 1).collect();
     let before = kept.len();
-    // Largest last; each is a frame as long as it holds all others at a distance.
-    let diagonal = |path: &Drawn<'_>| {
-        let [width, height] = bounds(path).size();
-        width.hypot(height)
-    };
-    let mut order: Vec<usize> = (0..kept.len()).collect();
-    order.sort_by(|a, b| diagonal(kept[*a]).total_cmp(&diagonal(kept[*b])));
+    // Largest last; each is a frame as long as it holds all others at a distance. What is not finite holds nothing.
+    let mut order: Vec<(usize, Option<Bounds>)> = kept.iter().map(|path| Bounds::of(&path.points)).enumerate().collect();
+    order.sort_by(|(_, a), (_, b)| a.map_or(0.0, Bounds::diagonal).total_cmp(&b.map_or(0.0, Bounds::diagonal)));
     let mut framed: Vec<usize> = Vec::new();
-    while let Some(last) = order.pop() {
-        let frame = bounds(kept[last]);
+    while let Some((last, Some(frame))) = order.pop() {
         let apart = frame.size().map(|side| APART * side);
         let holds = |at: &[f64; 2]| (0..2).all(|k| at[k] > frame.low[k] + apart[k] && at[k] < frame.high[k] - apart[k]);
         if framed.len() == FRAMES_MOST
             || order.is_empty()
-            || !is_rectangle(kept[last])
-            || !order.iter().all(|i| kept[*i].points.iter().all(holds))
+            || !is_rectangle(kept[last], frame)
+            || !order.iter().all(|(i, _)| kept[*i].points.iter().all(holds))
         {
             break;
         }
@@ -43,14 +38,9 @@ pub(super) fn without<'a>(drawn: &'a [Drawn<'a>], notes: &mut Vec<String>) -> Ve
     kept
 }
 
-fn bounds(path: &Drawn<'_>) -> Bounds {
-    let pieces: Vec<Piece> = path.points.iter().map(|at| Piece { from: *at, to: *at }).collect();
-    Bounds::of(&pieces)
-}
-
 /// Whether it is the outline of its own bounds.
-fn is_rectangle(path: &Drawn<'_>) -> bool {
-    let (all, near) = (bounds(path), |a: f64, b: f64, size: f64| (a - b).abs() <= 1e-3 * size);
+fn is_rectangle(path: &Drawn<'_>, all: Bounds) -> bool {
+    let near = |a: f64, b: f64, size: f64| (a - b).abs() <= 1e-3 * size;
     let [width, height] = all.size();
     let on_rim = |at: &[f64; 2]| {
         let [left, right] = [all.low[0], all.high[0]].map(|x| near(at[0], x, width));

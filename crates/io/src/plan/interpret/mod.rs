@@ -9,15 +9,19 @@
 
 mod double_lines;
 mod frame;
-mod nearby;
+pub(super) mod nearby;
+mod openings;
 mod pens;
 mod specks;
 mod stairs;
-mod swings;
+pub(super) mod swings;
+
+use std::collections::BTreeSet;
 
 use planwalk_types::{Element, ElementKind, Form, Plan, Pt2};
 
 use super::PlanFileError;
+use super::bounds::Bounds;
 use super::kind::Meaning;
 use super::sketch::{Sketch, SketchPath, SketchPoint};
 use pens::Pen;
@@ -32,9 +36,9 @@ const PAPER: u8 = 245;
 
 /// A straight piece of a line, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
-    from: SketchPoint,
-    to: SketchPoint,
+pub(super) struct Piece {
+    pub from: SketchPoint,
+    pub to: SketchPoint,
 }
 
 impl Piece {
@@ -42,7 +46,7 @@ impl Piece {
         [self.to[0] - self.from[0], self.to[1] - self.from[1]]
     }
 
-    fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         let [x, y] = self.way();
         x.hypot(y)
     }
@@ -75,6 +79,12 @@ impl Piece {
     }
 }
 
+/// The box around some pieces.
+fn around<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Option<Bounds> {
+    let ends: Vec<SketchPoint> = pieces.into_iter().flat_map(|piece| [piece.from, piece.to]).collect();
+    Bounds::of(&ends)
+}
+
 fn point(at: SketchPoint) -> Pt2<Plan> {
     Pt2::new(at[0], at[1])
 }
@@ -83,6 +93,8 @@ fn point(at: SketchPoint) -> Pt2<Plan> {
 struct Drawn<'a> {
     path: &'a SketchPath,
     points: Vec<SketchPoint>,
+    /// Its place in the drawing's order.
+    number: usize,
 }
 
 impl Drawn<'_> {
@@ -152,12 +164,14 @@ pub(super) fn elements(sketch: &Sketch, metres_per_unit: f64, notes: &mut Vec<St
         return Err(PlanFileError::DrawingTooIntricate { limit: POINTS_MOST });
     }
     let metric = |path: &SketchPath| path.points.iter().map(|at| at.map(|v| v * metres_per_unit)).collect();
-    let drawn: Vec<Drawn<'_>> = sketch.paths.iter().map(|path| Drawn { path, points: metric(path) }).collect();
+    let drawn: Vec<Drawn<'_>> =
+        sketch.paths.iter().enumerate().map(|(number, path)| Drawn { path, points: metric(path), number }).collect();
     let drawn = frame::without(&drawn, notes);
     let pens = pens::sort(&drawn);
     let swings = swings::on(&drawn);
     let mut found = Vec::new();
-    for pen in pens::choose(&pens, notes) {
+    let walls = pens::choose(&pens, notes);
+    for pen in &walls {
         draw_walls(pen, &swings, &mut found)?;
     }
     let by_layer = |kinds: &'static [ElementKind]| {
@@ -176,6 +190,9 @@ pub(super) fn elements(sketch: &Sketch, metres_per_unit: f64, notes: &mut Vec<St
     let doors = swings::doors(&swings, &found)?;
     notes.push(format!("{} doors are known by the arcs in which they swing, of {} such arcs", doors.len(), swings.len()));
     found.extend(doors);
+    let of_walls: BTreeSet<usize> = walls.iter().flat_map(|pen| &pen.paths).map(|path| path.number).collect();
+    let openings = openings::find(&drawn, |path| of_walls.contains(&path.number), &found, notes)?;
+    found.extend(openings);
     Ok(found)
 }
 

@@ -17,14 +17,14 @@ const WORK_LIMIT: usize = 30_000_000;
 const ENTRIES_MOST: usize = 20_000_000;
 
 /// Pieces by the cells that they run through.
-pub(super) struct Nearby {
+pub(in crate::plan) struct Nearby {
     cells: HashMap<(i64, i64), Vec<usize>>,
     work: Cell<usize>,
 }
 
 impl Nearby {
     /// Of the pieces with these numbers.
-    pub(super) fn of<'a>(pieces: impl Iterator<Item = (usize, &'a Piece)>) -> Self {
+    pub(in crate::plan) fn of<'a>(pieces: impl Iterator<Item = (usize, &'a Piece)>) -> Self {
         let (mut cells, mut entries): (HashMap<(i64, i64), Vec<usize>>, usize) = (HashMap::new(), 0);
         for (i, piece) in pieces {
             for cell in cells_of(piece) {
@@ -45,7 +45,7 @@ impl Nearby {
     ///
     /// # Errors
     /// [`PlanFileError::DrawingTooLarge`].
-    pub(super) fn check(&self) -> Result<(), PlanFileError> {
+    pub(in crate::plan) fn check(&self) -> Result<(), PlanFileError> {
         if self.work.get() > WORK_LIMIT {
             Err(PlanFileError::DrawingTooLarge { what: "pairs of lines near to each other", limit: WORK_LIMIT })
         } else {
@@ -55,7 +55,7 @@ impl Nearby {
 
     /// Numbers of the pieces within [`CELL_M`] of this one, in rising order; some that are farther are among them. None, once there was
     /// too much to do: see [`Nearby::check`].
-    pub(super) fn to(&self, piece: &Piece) -> Vec<usize> {
+    pub(in crate::plan) fn to(&self, piece: &Piece) -> Vec<usize> {
         if self.work.get() > WORK_LIMIT {
             return Vec::new();
         }
@@ -68,7 +68,7 @@ impl Nearby {
     }
 
     /// The same of a point.
-    pub(super) fn to_point(&self, at: SketchPoint) -> Vec<usize> {
+    pub(in crate::plan) fn to_point(&self, at: SketchPoint) -> Vec<usize> {
         self.to(&Piece { from: at, to: at })
     }
 }

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use planwalk_types::ElementKind;
 
+use super::super::bounds::Bounds;
 use super::super::kind::{self, Meaning};
-use super::{Drawn, Piece, THICKEST_M, shapes, thickness_m};
+use super::{Drawn, Piece, THICKEST_M, around, shapes, thickness_m};
 
 /// Walls are made of pieces that are at least this long, metres; text and furniture are not.
 const LONG_M: f64 = 0.5;
@@ -50,7 +51,7 @@ pub(super) fn sort<'a>(drawn: &[&'a Drawn<'a>]) -> Vec<Pen<'a>> {
         let p = path.path;
         let (layer, thousandth) = (layer_of(&p.layer), (1000.0 * p.width).round().clamp(0.0, 1e9) as u64);
         let meaning = p.layer.split('/').rev().find_map(kind::of);
-        let look = (layer.clone(), p.stroke, p.fill, thousandth, p.dashed, meaning.map(|m| format!("{m:?}")));
+        let look = (layer.clone(), p.stroke, p.fill, thousandth, p.dashed, meaning);
         let pen = pens.entry(look).or_insert_with(|| Pen { meaning, paths: Vec::new(), width: p.width, dashed: p.dashed, name: layer });
         pen.paths.push(path);
     }
@@ -85,7 +86,7 @@ impl Pen<'_> {
         }
         let long: Vec<Piece> = self.straight().filter(|piece| piece.length() >= LONG_M).collect();
         let along: f64 = long.iter().filter(|piece| of.main[direction(piece)]).map(Piece::length).sum();
-        let reach = Bounds::of(&long).area() / of.bounds.area().max(f64::MIN_POSITIVE);
+        let reach = area_m2(&long) / of.area_m2.max(f64::MIN_POSITIVE);
         along * reach.clamp(0.0, 1.0) * if self.is_solid() { FILLED_COUNTS } else { 1.0 }
     }
 }
@@ -121,9 +122,14 @@ fn direction(piece: &Piece) -> usize {
     (y.atan2(x).to_degrees().rem_euclid(90.0).round() as usize) % DIRECTIONS
 }
 
+/// Of the box around them.
+fn area_m2(pieces: &[Piece]) -> f64 {
+    around(pieces).map_or(0.0, Bounds::area)
+}
+
 /// What all pens drew.
 struct Whole {
-    bounds: Bounds,
+    area_m2: f64,
     /// Which directions are the building's.
     main: [bool; DIRECTIONS],
 }
@@ -138,33 +144,6 @@ impl Whole {
         let all: f64 = metres.iter().sum();
         // A degree to either side belongs to it.
         let near = |k: usize| metres[k] + metres[(k + 1) % DIRECTIONS] + metres[(k + DIRECTIONS - 1) % DIRECTIONS];
-        Self { bounds: Bounds::of(&long), main: std::array::from_fn(|k| near(k) >= MAIN_SHARE * all) }
-    }
-}
-
-/// A rectangle along the axes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
-    pub low: [f64; 2],
-    pub high: [f64; 2],
-}
-
-impl Bounds {
-    pub(super) fn of<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Self {
-        let mut bounds = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-        for at in pieces.into_iter().flat_map(|piece| [piece.from, piece.to]) {
-            bounds.low = [bounds.low[0].min(at[0]), bounds.low[1].min(at[1])];
-            bounds.high = [bounds.high[0].max(at[0]), bounds.high[1].max(at[1])];
-        }
-        bounds
-    }
-
-    pub(super) fn size(&self) -> [f64; 2] {
-        [0, 1].map(|k| (self.high[k] - self.low[k]).max(0.0))
-    }
-
-    fn area(&self) -> f64 {
-        let [width, height] = self.size();
-        width * height
+        Self { area_m2: area_m2(&long), main: std::array::from_fn(|k| near(k) >= MAIN_SHARE * all) }
     }
 }

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use super::super::PlanFileError;
 use super::nearby::Nearby;
-use super::pens::Bounds;
-use super::{Piece, SketchPoint};
+use super::{Piece, SketchPoint, around};
 
 /// Figures smaller than this, metres corner to corner, are no walls by themselves.
 const SMALL_M: f64 = 0.5;
@@ -19,10 +18,7 @@ pub(super) fn without(lines: Vec<Piece>) -> Result<Vec<Piece>, PlanFileError> {
     for (i, figure) in figures.iter().enumerate() {
         members.entry(*figure).or_default().push(i);
     }
-    let large = |figure: usize| {
-        let [width, height] = Bounds::of(members[&figure].iter().map(|i| &lines[*i])).size();
-        width.hypot(height) >= SMALL_M
-    };
+    let large = |figure: usize| around(members[&figure].iter().map(|i| &lines[*i])).is_some_and(|bounds| bounds.diagonal() >= SMALL_M);
     let is_large: HashMap<usize, bool> = members.keys().map(|figure| (*figure, large(*figure))).collect();
     let walls = Nearby::of(lines.iter().enumerate().filter(|(i, _)| is_large[&figures[*i]]));
     let touches = |at: SketchPoint| walls.to_point(at).into_iter().any(|i| lines[i].distance_to(at) <= MEET_M);
@@ -47,8 +43,8 @@ fn figures(lines: &[Piece]) -> Vec<usize> {
     (0..lines.len()).map(|i| root(&mut parent, i)).collect()
 }
 
-/// Union-find with path halving.
-fn root(parent: &mut [usize], mut i: usize) -> usize {
+/// The first of those that something is joined with: union-find with path halving.
+pub(super) fn root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
         parent[i] = parent[parent[i]];
         i = parent[i];

@@ -1,5 +1,7 @@
 //! Small drawings, in metres, as people draw them.
 
+mod openings;
+
 use super::*;
 use planwalk_types::{Cell, FloorPlan};
 
@@ -82,7 +84,7 @@ fn broad_long_lines_are_walls_and_furniture_dimensions_and_text_are_not() {
         sheet.line(THICK, &[[x, 1.0], [x + 0.05, 1.2]]);
     }
     let plan = sheet.plan();
-    assert_eq!([at(&plan, 0.02, 2.0), at(&plan, 4.02, 1.0), at(&plan, 4.02, 2.5)], [Cell::Wall, Cell::Wall, Cell::Free]);
+    assert_eq!([at(&plan, 0.02, 2.0), at(&plan, 4.02, 1.0), at(&plan, 4.02, 2.5)], [Cell::Wall, Cell::Wall, Cell::Door]);
     assert_eq!([at(&plan, 1.02, 3.4), at(&plan, 3.0, -0.98), at(&plan, 6.0, 2.52)], [Cell::Free; 3]);
     assert!((0..40).all(|i| at(&plan, 4.32 + 0.08 * f64::from(i), 1.1) == Cell::Free), "letters");
 }
