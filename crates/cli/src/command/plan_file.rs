@@ -4,10 +4,11 @@ use std::path::Path;
 
 use planwalk::figure::png_within;
 use planwalk::types::{Building, ElementKind, Level};
+use planwalk_io::plan::audit::Audit;
 use planwalk_io::plan::native::{self, PlanDocument};
 use planwalk_io::plan::{self, export};
 
-use super::name_of;
+use super::{name_of, plan_audit};
 use crate::args::{PlanExportArgs, PlanFileArgs};
 use crate::failure::Failure;
 use crate::inputs;
@@ -29,8 +30,17 @@ pub fn import(args: &PlanFileArgs) -> Result<(), Failure> {
         )));
     }
     let target = Target::of(args)?;
-    let document = open(args, voice)?;
+    let mut document = open(args, voice)?;
+    let audits = plan::complete(&mut document).map_err(|why| Failure::input("the plan", why, &args.plan))?;
     tell(&document.building, voice);
+    let notes = plan_audit::notes(&document, &audits);
+    for note in notes {
+        voice.say(&note);
+        // A plan that was kept before has them already.
+        if !document.notes.contains(&note) {
+            document.notes.push(note);
+        }
+    }
     target.write(native::write(&document))
 }
 
@@ -72,7 +82,12 @@ pub fn render(args: &PlanFileArgs) -> Result<(), Failure> {
     let target = Target::of(args)?;
     let document = open(args, voice)?;
     tell(&document.building, voice);
-    let svg = export::svg(storey(&document.building, args, voice)?);
+    let mut level = storey(&document.building, args, voice)?.clone();
+    let audit = Audit::of(&level).map_err(|why| Failure::input("the plan", why, &args.plan))?;
+    audit.complete(&mut level);
+    plan_audit::findings(&audit).iter().for_each(|line| voice.say(line));
+    let title = format!("{}, storey {}", name_of(&args.plan), level.name);
+    let svg = export::picture(&level, &audit, &title);
     if name.ends_with(".svg") {
         return target.write(svg);
     }

@@ -9,6 +9,7 @@
 //! shapes' own metres. Doors and windows are known to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
+pub mod audit;
 mod cells;
 mod drawing;
 mod dxf;
@@ -39,9 +40,10 @@ use planwalk_types::{Building, FloorPlan, Level, PlanError, Pt2};
 
 use crate::raster::RasterError;
 
+use audit::Audit;
 pub use export::{ros_map_image, ros_map_yaml};
 pub use measure::{Measure, MeasureError};
-use native::PlanDocument;
+use native::{PlanDocument, Source};
 use open::Opened;
 
 /// Options of [`read`].
@@ -345,15 +347,32 @@ pub enum PlanFileError {
 /// [`PlanFileError`], with the remedy.
 pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileError> {
     let mut notes = Vec::new();
-    let plan = match open::open(path, options, &mut notes)?.0 {
-        Opened::Map(plan) => plan,
+    let plan = cells(&open::open(path, options, &mut notes)?.0, options, &mut notes)?;
+    Ok(PlanFile { plan, notes })
+}
+
+/// Reads a plan as [`read`] does and as [`import`] does, at once.
+///
+/// # Errors
+/// As [`read`].
+pub fn survey(path: &Path, options: &PlanOptions) -> Result<(PlanFile, PlanDocument), PlanFileError> {
+    let mut notes = Vec::new();
+    let (opened, source) = open::open(path, options, &mut notes)?;
+    let mut shape_notes = notes.clone();
+    let plan = cells(&opened, options, &mut notes)?;
+    let document = document(opened, source, options, &mut shape_notes)?;
+    Ok((PlanFile { plan, notes }, PlanDocument { notes: shape_notes, ..document }))
+}
+
+fn cells(opened: &Opened, options: &PlanOptions, notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
+    Ok(match opened {
+        Opened::Map(plan) => plan.clone(),
         Opened::Picture { pixels, metres_per_pixel } => {
-            let cells = pixels.coarsen(metres_per_pixel, &mut notes);
+            let cells = pixels.coarsen(*metres_per_pixel, notes);
             FloorPlan::new(Pt2::new(0.0, 0.0), cells.cell_m, cells.width, cells.height, cells.cells)?
         }
-        Opened::Drawn(building) => storey(&building, options, &mut notes)?,
-    };
-    Ok(PlanFile { plan, notes })
+        Opened::Drawn(building) => storey(building, options, notes)?,
+    })
 }
 
 /// Reads all storeys of a plan of any format as shapes, or that of [`PlanOptions::level`], to be kept ([`native::write`]) or handed on ([`export`]).
@@ -363,11 +382,39 @@ pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileErro
 pub fn import(path: &Path, options: &PlanOptions) -> Result<PlanDocument, PlanFileError> {
     let mut notes = Vec::new();
     let (opened, source) = open::open(path, options, &mut notes)?;
-    let mut building = open::building(opened, &mut notes)?;
+    let document = document(opened, source, options, &mut notes)?;
+    Ok(PlanDocument { notes, ..document })
+}
+
+fn document(opened: Opened, source: Source, options: &PlanOptions, notes: &mut Vec<String>) -> Result<PlanDocument, PlanFileError> {
+    let mut building = open::building(opened, notes)?;
     if options.level.is_some() {
-        building.levels = vec![storeys::choose(&building, options.level.as_deref(), &mut notes)?.clone()];
+        building.levels = vec![storeys::choose(&building, options.level.as_deref(), notes)?.clone()];
     }
-    Ok(PlanDocument { building, source, notes })
+    Ok(PlanDocument { building, source, notes: Vec::new() })
+}
+
+/// Adds the rooms that are found between the walls of each storey, and names from the texts in them; gives what was found on each
+/// storey, in their order.
+///
+/// # Errors
+/// As [`read`], where a storey cannot be drawn.
+pub fn complete(document: &mut PlanDocument) -> Result<Vec<Audit>, PlanFileError> {
+    let mut audits = Vec::with_capacity(document.building.levels.len());
+    for level in &mut document.building.levels {
+        let audit = match Audit::of(level) {
+            Ok(audit) => audit,
+            // A storey that is empty, or all wall, has no rooms; the others may.
+            Err(PlanFileError::Plan(why)) => {
+                document.notes.push(format!("storey {}: no rooms are looked for: {why}", level.name));
+                Audit::default()
+            }
+            Err(why) => return Err(why),
+        };
+        audit.complete(level);
+        audits.push(audit);
+    }
+    Ok(audits)
 }
 
 /// The storey that is meant: the one that is asked for, or the ground floor; with a note for people where there are others.

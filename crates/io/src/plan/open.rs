@@ -12,7 +12,7 @@ use super::cells::Pixels;
 use super::native::Source;
 use super::pdf::PdfPage;
 use super::sketch::Sketch;
-use super::{PlanFileError, PlanOptions, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list};
+use super::{PlanFileError, PlanOptions, audit, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list};
 use crate::raster::{self, SizeLimit};
 use crate::text;
 
@@ -171,10 +171,13 @@ fn of_sketch(format: &str, sketch: &Sketch, scale: Scale, notes: &mut Vec<String
         notes.push(format!("the scale is what the drawing says of itself: {} m a unit", scale.metres));
     }
     scale.check(sketch)?;
-    let elements = match sketch.exported_from {
+    let mut elements = match sketch.exported_from {
         Some(origin) if scale.is_files => interpret::exported(sketch, scale.metres, origin),
         _ => interpret::elements(sketch, scale.metres, notes)?,
     };
+    if sketch.exported_from.is_none() {
+        elements.extend(audit::labels(sketch, scale.metres));
+    }
     Ok((Opened::Drawn(Building::of_one_level(elements)), source(format, Some(scale.metres), scale.from)))
 }
 
