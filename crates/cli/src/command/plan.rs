@@ -32,7 +32,7 @@ fn info(args: &PlanInfoArgs) -> Result<(), Failure> {
     let refuse = |why| Failure::input("the plan", why, &args.plan);
     let (read, mut document) = planwalk_io::plan::survey(&args.plan, &args.reading.options()).map_err(refuse)?;
     read.notes.iter().for_each(|note| voice.say(&format!("note: {note}")));
-    let audits = planwalk_io::plan::complete(&mut document).map_err(refuse)?;
+    let audits = planwalk_io::plan::complete(&mut document);
     let storey = planwalk_io::plan::level(&document.building, &args.reading.options(), &mut Vec::new()).map_err(refuse)?.name.clone();
     let building = plan_audit::entry(&document, &audits, storey);
     let mut info = PlanInfo::new(&read.plan, building, args.seed(), vec![inputs::entry("plan", &args.plan)?], read.notes);

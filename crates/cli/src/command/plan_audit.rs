@@ -44,20 +44,19 @@ fn storey_entry(level: &Level, audit: &Audit) -> StoreyEntry {
     for element in level.elements.iter().filter(|e| e.source.as_deref() != Some(FOUND)) {
         *elements.entry(element.kind.word().to_owned()).or_insert(0) += 1;
     }
-    let leads_to = |room: usize| -> Vec<usize> {
-        let other = |ends: [End; 2]| match ends {
-            [End::Room(a), End::Room(b)] if a == room => Some(b),
-            [End::Room(a), End::Room(b)] if b == room => Some(a),
-            _ => None,
-        };
-        audit.passages.iter().filter_map(|p| other(p.ends)).collect::<BTreeSet<_>>().into_iter().collect()
-    };
+    let mut leads_to: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    for passage in &audit.passages {
+        if let [End::Room(a), End::Room(b)] = passage.ends {
+            leads_to.entry(a).or_default().insert(b);
+            leads_to.entry(b).or_default().insert(a);
+        }
+    }
     let room = |(n, room): (usize, &audit::Room)| RoomEntry {
         name: room.element.name.clone(),
         area_m2: room.area_m2,
         at_m: [room.at.x, room.at.y],
         found: room.element.source.as_deref() == Some(FOUND),
-        leads_to: leads_to(n),
+        leads_to: leads_to.get(&n).into_iter().flatten().copied().collect(),
     };
     let side = |end: End| match end {
         End::Room(n) => SideEntry::Room(n),
@@ -159,12 +158,15 @@ fn rooms_line(areas: &[f64], names: &[Option<&str>], found: bool) -> Option<Stri
 /// Findings with their numbers; of many of one kind the first.
 fn numbered(findings: &[(&str, String)]) -> Vec<String> {
     let mut lines = Vec::new();
-    for (n, (kind, words)) in findings.iter().enumerate() {
-        let before = findings[..n].iter().rev().take_while(|other| other.0 == *kind).count();
-        if before < TOLD {
-            lines.push(format!("  finding {} ({kind}) {words}", n + 1));
-        } else if before == TOLD {
-            let more = findings[n..].iter().take_while(|other| other.0 == *kind).count();
+    let mut number = 0;
+    for alike in findings.chunk_by(|a, b| a.0 == b.0) {
+        for (kind, words) in alike.iter().take(TOLD) {
+            number += 1;
+            lines.push(format!("  finding {number} ({kind}) {words}"));
+        }
+        let more = alike.len().saturating_sub(TOLD);
+        if more > 0 {
+            number += more;
             lines.push(format!("  and {more} more of this kind; plan info --json lists all"));
         }
     }

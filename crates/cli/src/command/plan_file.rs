@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use planwalk::figure::png_within;
+use planwalk::figure::{lettered, png_within};
 use planwalk::types::{Building, ElementKind, Level};
 use planwalk_io::plan::audit::Audit;
 use planwalk_io::plan::native::{self, PlanDocument};
@@ -31,8 +31,8 @@ pub fn import(args: &PlanFileArgs) -> Result<(), Failure> {
     }
     let target = Target::of(args)?;
     let mut document = open(args, voice)?;
-    let audits = plan::complete(&mut document).map_err(|why| Failure::input("the plan", why, &args.plan))?;
-    tell(&document.building, voice);
+    let audits = plan::complete(&mut document);
+    tell(&document.building.levels, voice);
     let notes = plan_audit::notes(&document, &audits);
     for note in notes {
         voice.say(&note);
@@ -81,17 +81,20 @@ pub fn render(args: &PlanFileArgs) -> Result<(), Failure> {
     }
     let target = Target::of(args)?;
     let document = open(args, voice)?;
-    tell(&document.building, voice);
     let mut level = storey(&document.building, args, voice)?.clone();
-    let audit = Audit::of(&level).map_err(|why| Failure::input("the plan", why, &args.plan))?;
+    let audit = Audit::of(&level).unwrap_or_else(|why| {
+        voice.say(&format!("note: rooms are not looked for, nor mistakes: {why}"));
+        Audit::default()
+    });
     audit.complete(&mut level);
+    tell(std::slice::from_ref(&level), voice);
     plan_audit::findings(&audit).iter().for_each(|line| voice.say(line));
     let title = format!("{}, storey {}", name_of(&args.plan), level.name);
     let svg = export::picture(&level, &audit, &title);
     if name.ends_with(".svg") {
         return target.write(svg);
     }
-    target.write(png_within(&svg, PICTURE_PX).map_err(|why| Failure::output(why, &args.output))?)
+    target.write(png_within(&lettered(&svg), PICTURE_PX).map_err(|why| Failure::output(why, &args.output))?)
 }
 
 /// A map.yaml, and its picture beside it.
@@ -123,8 +126,8 @@ fn storey<'a>(building: &'a Building, args: &PlanFileArgs, voice: Voice) -> Resu
 }
 
 /// What there is, a line a storey.
-fn tell(building: &Building, voice: Voice) {
-    for level in &building.levels {
+fn tell(levels: &[Level], voice: Voice) {
+    for level in levels {
         let count = |kind: ElementKind| level.elements.iter().filter(|element| element.kind == kind).count();
         let counts: Vec<String> = ElementKind::ALL
             .iter()

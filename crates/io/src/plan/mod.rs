@@ -395,26 +395,18 @@ fn document(opened: Opened, source: Source, options: &PlanOptions, notes: &mut V
 }
 
 /// Adds the rooms that are found between the walls of each storey, and names from the texts in them; gives what was found on each
-/// storey, in their order.
-///
-/// # Errors
-/// As [`read`], where a storey cannot be drawn.
-pub fn complete(document: &mut PlanDocument) -> Result<Vec<Audit>, PlanFileError> {
-    let mut audits = Vec::with_capacity(document.building.levels.len());
-    for level in &mut document.building.levels {
-        let audit = match Audit::of(level) {
-            Ok(audit) => audit,
-            // A storey that is empty, or all wall, has no rooms; the others may.
-            Err(PlanFileError::Plan(why)) => {
-                document.notes.push(format!("storey {}: no rooms are looked for: {why}", level.name));
-                Audit::default()
-            }
-            Err(why) => return Err(why),
-        };
+/// storey, in their order. A storey that cannot be looked at (empty, all wall, or too intricate) stays as it is, with a note.
+pub fn complete(document: &mut PlanDocument) -> Vec<Audit> {
+    let PlanDocument { building, notes, .. } = document;
+    let look = |level: &mut Level| {
+        let audit = Audit::of(level).unwrap_or_else(|why| {
+            notes.push(format!("storey {}: rooms are not looked for, nor mistakes: {why}", level.name));
+            Audit::default()
+        });
         audit.complete(level);
-        audits.push(audit);
-    }
-    Ok(audits)
+        audit
+    };
+    building.levels.iter_mut().map(look).collect()
 }
 
 /// The storey that is meant: the one that is asked for, or the ground floor; with a note for people where there are others.

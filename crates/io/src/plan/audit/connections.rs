@@ -7,6 +7,9 @@ const OVERLAP: f64 = 0.3;
 /// A lift that is drawn as a point or a line is this wide, metres.
 const POINT_M: f64 = 2.0;
 
+/// Most stairs and lifts that are looked at: an airport has some hundreds.
+const MOST: usize = 5000;
+
 /// A staircase or a lift.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Connection {
@@ -60,7 +63,7 @@ pub fn connections(building: &Building) -> Vec<Connection> {
     let mut all: Vec<(Connection, Bounds)> = Vec::new();
     for (storey, level) in building.levels.iter().enumerate() {
         for element in level.elements.iter().filter(|e| matches!(e.kind, ElementKind::Stairs | ElementKind::Lift)) {
-            let Some(bounds) = Bounds::of(element) else { continue };
+            let Some(bounds) = Bounds::of(element).filter(|_| all.len() < MOST) else { continue };
             let goes_on = |(connection, below): &&mut (Connection, Bounds)| {
                 let last = connection.storeys.last().copied().unwrap_or(storey);
                 // On one storey, flights of one staircase overlap or touch.

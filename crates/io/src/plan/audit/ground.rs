@@ -1,6 +1,6 @@
-//! What is each cell of a storey to who asks for rooms? Built, a door, indoors, outdoors, or nothing that the plan knows.
+//! What is each cell of a storey to who asks for rooms? Built, a door, open, or nothing that the plan knows.
 //!
-//! [`FloorPlan`] ─▶ posts and clutter become floor ─▶ outdoors, and the strip along the outer walls that belongs to it ─▶ [`Ground`]
+//! [`FloorPlan`] ─▶ posts and clutter become floor ─▶ [`Ground`]
 
 use planwalk_types::{Cell, FloorPlan, Plan, Pt2};
 
@@ -8,16 +8,13 @@ use planwalk_types::{Cell, FloorPlan, Plan, Pt2};
 const CLUTTER_M: f64 = 0.8;
 /// How surely indoors begins, of [`FloorPlan::inside`].
 const INDOORS: f32 = 0.5;
-/// [`FloorPlan::inside`] is known to a quarter of a metre: so wide a strip beside what is outdoors is outdoors too, metres.
-const FRINGE_M: f64 = 0.3;
-
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
     Built,
     Door,
-    Indoors,
-    Outdoors,
+    /// Nothing is in the way.
+    Open,
     Unknown,
 }
 
@@ -38,18 +35,19 @@ pub(super) struct Ground {
     pub cell_m: f64,
     pub origin: Pt2<Plan>,
     pub places: Vec<Place>,
+    /// Whether an open cell is surrounded by walls as rooms are; so are some places outdoors, between two wings.
+    pub is_indoors: Vec<bool>,
     /// What was small enough to be floor.
     pub posts: Vec<Post>,
 }
 
 impl Ground {
     pub fn of(plan: &FloorPlan) -> Self {
-        let places = plan.cells().iter().zip(plan.inside()).map(|(cell, inside)| match cell {
+        let places = plan.cells().iter().map(|cell| match cell {
             Cell::Wall | Cell::Window => Place::Built,
             Cell::Door => Place::Door,
             Cell::Unknown => Place::Unknown,
-            Cell::Free if *inside > INDOORS => Place::Indoors,
-            Cell::Free => Place::Outdoors,
+            Cell::Free => Place::Open,
         });
         let mut ground = Self {
             width: plan.width(),
@@ -57,10 +55,10 @@ impl Ground {
             cell_m: plan.cell_m(),
             origin: plan.origin(),
             places: places.collect(),
+            is_indoors: plan.inside().iter().map(|inside| *inside > INDOORS).collect(),
             posts: Vec::new(),
         };
         ground.clear_posts();
-        ground.widen_outdoors();
         ground
     }
 
@@ -138,31 +136,17 @@ impl Ground {
             if size_m > CLUTTER_M || group.iter().any(|i| self.places[*i] == Place::Door) {
                 continue;
             }
-            // What stands outdoors stays outdoors.
-            let stands_in = |place: Place| group.iter().any(|i| self.around(*i, 1).any(|k| self.places[k] == place));
-            let Some(place) = [Place::Outdoors, Place::Indoors].into_iter().find(|place| stands_in(*place)) else { continue };
+            let around = || group.iter().flat_map(|i| self.around(*i, 1));
+            if !around().any(|k| self.places[k] == Place::Open) {
+                continue;
+            }
+            let is_indoors = around().any(|k| self.is_indoors[k]);
             for i in group {
-                self.places[i] = place;
+                self.places[i] = Place::Open;
+                self.is_indoors[i] = is_indoors;
             }
             posts.push(Post { at, size_m });
         }
         self.posts = posts;
-    }
-
-    fn widen_outdoors(&mut self) {
-        let mut edge: Vec<usize> = (0..self.places.len()).filter(|i| self.places[*i] == Place::Outdoors).collect();
-        edge.retain(|i| self.beside(*i).any(|k| self.places[k] == Place::Indoors));
-        for _ in 0..(FRINGE_M / self.cell_m).ceil() as usize {
-            let mut next = Vec::new();
-            for i in edge {
-                for k in self.beside(i) {
-                    if self.places[k] == Place::Indoors {
-                        self.places[k] = Place::Outdoors;
-                        next.push(k);
-                    }
-                }
-            }
-            edge = next;
-        }
     }
 }

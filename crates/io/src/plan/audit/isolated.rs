@@ -11,12 +11,16 @@ const FEWEST: usize = 3;
 const APART: f64 = 2.0;
 /// … and of like size: the smaller is at least this much of the larger (an "i" of an "m").
 const ALIKE: f64 = 0.4;
+/// … and none is farther from the line through the word than this, in sizes of the larger.
+const ASIDE: f64 = 0.6;
+/// Letters are at least so large, metres: smaller ones cannot be told from posts that a robot saw.
+const SMALLEST_M: f64 = 0.12;
 /// Most posts that are compared with all others.
 const MOST: usize = 20_000;
 
 /// Words among the posts.
 pub(super) fn specks(ground: &Ground) -> Vec<Finding> {
-    let mut posts: Vec<Post> = ground.posts.clone();
+    let mut posts: Vec<Post> = ground.posts.iter().copied().filter(|post| post.size_m >= SMALLEST_M).collect();
     if posts.len() > MOST {
         return Vec::new();
     }
@@ -36,7 +40,19 @@ pub(super) fn specks(ground: &Ground) -> Vec<Finding> {
     for (n, post) in posts.iter().enumerate() {
         members[root(&words, n)].push(*post);
     }
-    members.into_iter().filter(|word| word.len() >= FEWEST).map(finding).collect()
+    members.into_iter().filter(|word| word.len() >= FEWEST && is_row(word)).map(finding).collect()
+}
+
+/// Whether posts stand along a line.
+fn is_row(word: &[Post]) -> bool {
+    let Some(first) = word.first() else { return false };
+    let farthest = |from: Pt2<Plan>| word.iter().map(|p| p.at).max_by(|a, b| a.distance(from).total_cmp(&b.distance(from))).unwrap_or(from);
+    let end = farthest(first.at);
+    let other = farthest(end);
+    let length = end.distance(other).max(f64::MIN_POSITIVE);
+    let largest = word.iter().map(|p| p.size_m).fold(0.0, f64::max);
+    let aside = |at: Pt2<Plan>| ((other.x - end.x) * (at.y - end.y) - (other.y - end.y) * (at.x - end.x)).abs() / length;
+    word.iter().all(|p| aside(p.at) <= ASIDE * largest)
 }
 
 fn root(words: &[usize], of: usize) -> usize {

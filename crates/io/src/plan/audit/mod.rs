@@ -1,6 +1,6 @@
 //! What does a storey amount to, and what on it looks wrong? Rooms and the ways between them; findings, all at once.
 //!
-//! storey's elements ─▶ cells ─▶ [`ground`]: indoors, outdoors, doors ─▶ rooms as drawn, or found by [`regions`] ─▶ [`passages`]
+//! storey's elements ─▶ cells ─▶ [`ground`]: open, built, doors ─▶ rooms as drawn, or found by [`regions`] ─▶ [`passages`]
 //!                                                                    └▶ names from the texts in them ([`names`])
 //! elements, rooms, passages ─▶ [`Finding`]s
 //!
@@ -95,10 +95,12 @@ impl Audit {
         let rooms: Vec<Room> = spaces.all.iter().filter_map(Space::room).collect();
         let passages: Vec<Passage> = ways.iter().map(|way| spaces.passage(way)).collect();
         let widths = Widths::of(level, &passages);
-        let mut findings = reach::gaps(&ways, &passages);
-        findings.extend(reach::unreachable(&ground, &spaces, &ways));
-        findings.extend(scale::doors(level));
-        findings.extend(scale::signs(&plan, level, widths.as_ref()));
+        let mut findings = scale::doors(level);
+        if spaces::can_see_doorways(&ground) {
+            findings.extend(reach::gaps(&ways));
+            findings.extend(reach::unreachable(&ground, &spaces, &ways));
+        }
+        findings.extend(scale::signs(&plan, &ground, level, widths.as_ref()));
         findings.extend(strokes::short(level));
         findings.extend(strokes::doubled(level));
         findings.extend(isolated::specks(&ground));
@@ -128,3 +130,6 @@ pub(super) fn is_label(element: &Element) -> bool {
 pub(super) fn is_remark(element: &Element) -> bool {
     is_label(element) || (element.kind == ElementKind::Room && element.source.as_deref() == Some(FOUND))
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,8 +7,6 @@ use planwalk_types::{Plan, Pt2};
 use super::ground::{Ground, Place};
 use super::regions::NONE;
 
-/// Outdoors, as a label.
-pub(super) const OUTDOORS: u32 = u32::MAX;
 /// A door drawn in one face of a wall is so far from the room at its other side, metres.
 const DOOR_REACH_M: f64 = 0.4;
 /// Floors that touch for less than this touch by a slip of the pen, metres.
@@ -17,7 +15,7 @@ const SLIP_M: f64 = 0.15;
 /// A way from one place to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Way {
-    /// Labels of its two sides, the smaller first; [`OUTDOORS`] is the greatest.
+    /// Labels of its two sides, the smaller first; outdoors is the greatest.
     pub sides: [u32; 2],
     /// Its middle.
     pub at: Pt2<Plan>,
@@ -29,10 +27,7 @@ pub(super) struct Way {
 
 /// All ways between labelled cells and outdoors, doors first, each sort from the bottom up.
 pub(super) fn between(ground: &Ground, labels: &[u32]) -> Vec<Way> {
-    let side = |i: usize| match ground.places[i] {
-        Place::Outdoors => OUTDOORS,
-        _ => labels[i],
-    };
+    let side = |i: usize| labels[i];
     let mut ways = doors(ground, &side);
     ways.extend(openings(ground, &side));
     ways

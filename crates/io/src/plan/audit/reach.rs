@@ -1,27 +1,27 @@
 //! Does outdoors leak in, and does anybody get everywhere? Both are asked of the ways between rooms.
 
+use std::collections::BTreeMap;
+
+use planwalk_types::{Plan, Pt2};
+
 use super::finding::Finding;
 use super::ground::{Ground, Place};
-use super::passages::{OUTDOORS, Way};
-use super::regions::NONE;
+use super::passages::Way;
+use super::regions::{NONE, OUTDOORS};
 use super::spaces::Spaces;
-use super::{End, Passage};
 
 /// Openings without a door are entrances, where the drawing has no doors, if they are this wide, metres.
 const ENTRANCE_M: std::ops::RangeInclusive<f64> = 0.6..=2.5;
 /// Floor that is smaller than this is missed by nobody, m².
-const SMALLEST_M2: f64 = 1.0;
+const SMALLEST_M2: f64 = 1.5;
 /// A wall that is thicker hides nothing, metres.
 const THICKEST_M: f64 = 1.0;
 
 /// Openings to outdoors that no door explains.
-pub(super) fn gaps(ways: &[Way], passages: &[Passage]) -> Vec<Finding> {
+pub(super) fn gaps(ways: &[Way]) -> Vec<Finding> {
     let has_doors = ways.iter().any(|way| way.is_door);
     let is_gap = |way: &&Way| !way.is_door && way.sides.contains(&OUTDOORS) && (has_doors || !ENTRANCE_M.contains(&way.width_m));
-    // An open-air site is all gaps, and none of them is a mistake.
-    let is_site = passages.iter().all(|passage| passage.ends.contains(&End::Outdoors));
-    let gaps = ways.iter().filter(is_gap).map(|way| Finding::OutlineGap { at: way.at, width_m: way.width_m });
-    if is_site && !passages.is_empty() && passages.len() > 1 { Vec::new() } else { gaps.collect() }
+    ways.iter().filter(is_gap).map(|way| Finding::OutlineGap { at: way.at, width_m: way.width_m }).collect()
 }
 
 /// Parts from which no way leads to the largest part.
@@ -35,25 +35,25 @@ pub(super) fn unreachable(ground: &Ground, spaces: &Spaces, ways: &[Way]) -> Vec
     }
     let part_of: Vec<usize> = (0..=count).map(|n| root(&mut parts, n)).collect();
     let cells = cells_of(spaces);
-    let area = |part: usize| (1..=count).filter(|n| part_of[*n] == part).map(|n| cells[n - 1].len()).sum::<usize>();
-    let mut all: Vec<usize> = part_of.clone();
-    all.sort_unstable();
-    all.dedup();
-    let areas: Vec<(usize, usize)> = all.into_iter().map(|part| (part, area(part))).collect();
-    let Some(main) = areas.iter().max_by_key(|(part, area)| (*area, std::cmp::Reverse(*part))).map(|(part, _)| *part) else {
-        return Vec::new();
-    };
-    let reached: Vec<bool> = part_of.iter().map(|part| *part == main).collect();
-    let is_cut_off = |(part, area): &&(usize, usize)| *part != main && *area as f64 * ground.cell_m2() >= SMALLEST_M2;
-    let finding = |(part, area): &(usize, usize)| {
-        let members: Vec<usize> = (1..=count).filter(|n| part_of[*n] == *part).collect();
-        let largest = members.iter().copied().max_by_key(|n| (cells[n - 1].len(), std::cmp::Reverse(*n)))?;
-        let edge: Vec<usize> = members.iter().flat_map(|n| cells[n - 1].iter().copied()).collect();
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for n in 0..=count {
+        members.entry(root(&mut parts, n)).or_default().push(n);
+    }
+    let cells_in = |part: &[usize]| part.iter().filter_map(|n| cells.get(n.checked_sub(1)?)).map(Vec::len).sum::<usize>();
+    let mut all: Vec<(usize, Vec<usize>)> = members.into_values().map(|part| (cells_in(&part), part)).collect();
+    // Stable: of parts of one size the first is the building.
+    all.sort_by_key(|(size, _)| std::cmp::Reverse(*size));
+    let mut reached = vec![false; count + 1];
+    all.first().into_iter().flat_map(|(_, part)| part).for_each(|n| reached[*n] = true);
+    let cut_off = all.iter().skip(1).filter(|(size, _)| *size as f64 * ground.cell_m2() >= SMALLEST_M2);
+    let finding = |(size, part): &(usize, Vec<usize>)| {
+        let spots = part.iter().filter_map(|n| n.checked_sub(1));
+        let largest = spots.clone().max_by_key(|n| (cells[*n].len(), std::cmp::Reverse(*n)))?;
+        let edge: Vec<usize> = spots.flat_map(|n| cells[n].iter().copied()).collect();
         let behind = through(ground, &spaces.labels, &reached, edge);
-        let at = spaces.all[largest - 1].at;
-        Some(Finding::Unreachable { at, area_m2: *area as f64 * ground.cell_m2(), behind })
+        Some(Finding::Unreachable { at: spaces.all[largest].at, area_m2: *size as f64 * ground.cell_m2(), behind })
     };
-    areas.iter().filter(is_cut_off).filter_map(finding).collect()
+    cut_off.filter_map(finding).collect()
 }
 
 fn cells_of(spaces: &Spaces) -> Vec<Vec<usize>> {
@@ -67,18 +67,18 @@ fn cells_of(spaces: &Spaces) -> Vec<Vec<usize>> {
 }
 
 /// The nearest reached cell through what is built: its side of the wall, and how thick it is.
-fn through(ground: &Ground, labels: &[u32], reached: &[bool], mut edge: Vec<usize>) -> Option<(planwalk_types::Pt2<planwalk_types::Plan>, f64)> {
+fn through(ground: &Ground, labels: &[u32], reached: &[bool], mut edge: Vec<usize>) -> Option<(Pt2<Plan>, f64)> {
     let mut seen: std::collections::BTreeSet<usize> = edge.iter().copied().collect();
     edge.retain(|i| ground.beside(*i).any(|k| !seen.contains(&k)));
     for step in 0..(THICKEST_M / ground.cell_m).ceil() as usize {
         let mut next = Vec::new();
         for i in edge {
             for k in ground.beside(i) {
-                let is_goal = labels[k] != NONE && reached.get(labels[k] as usize).copied().unwrap_or(false);
+                let is_goal = labels[k] != NONE && labels[k] != OUTDOORS && reached.get(labels[k] as usize).copied().unwrap_or(false);
                 if is_goal {
                     return Some((ground.centre(k), step as f64 * ground.cell_m));
                 }
-                let is_wall = !matches!(ground.places[k], Place::Outdoors | Place::Unknown) && labels[k] == NONE;
+                let is_wall = ground.places[k] != Place::Unknown && labels[k] == NONE;
                 if is_wall && seen.insert(k) {
                     next.push(k);
                 }

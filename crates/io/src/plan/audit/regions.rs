@@ -7,6 +7,8 @@
 //! narrow place is judged by itself, by its own width and by how much wider both of its sides are (a watershed with merging by
 //! saliency), so that a narrow corridor stays whole and a wide door between two halls still divides them. The borders lie in the
 //! necks, because floods meet there.
+//! Outdoors is flooded with the rest, from where walls are not all around; so a facade without its windows ends where its wall would
+//! stand, and a corner between two wings, which clearance only leaves, is no room.
 //! Pitfall: clearance is known to a cell, so corridors have many maxima; they merge because nothing between them is narrower.
 
 use std::collections::BTreeMap;
@@ -16,6 +18,10 @@ use super::ground::{Ground, Place};
 
 /// No room.
 pub(super) const NONE: u32 = 0;
+/// Outdoors.
+pub(super) const OUTDOORS: u32 = u32::MAX;
+/// Between indoors and outdoors everything up to this width is a hole in a wall, metres; a court that is open wider is outdoors.
+const HOLE_M: f64 = 8.0;
 /// Doorways without a door in them are at most this wide, metres: double doors. Wider ones are parts of one room.
 const DOORWAY_M: f64 = 2.1;
 /// A doorway is at most this much as wide as either of its sides; of a corridor as narrow as its doors nothing is cut off …
@@ -26,20 +32,20 @@ const WIDE_M: f64 = 1.3;
 const MUCH_NARROWER: f64 = 0.5;
 /// Clearance is rounded to so many parts of a cell, for sorting.
 const PARTS: f32 = 8.0;
-/// Smallest room, m²: a closet. What is smaller belongs to the room beside it.
-pub(super) const SMALLEST_M2: f64 = 1.0;
+/// Smallest room, m², as in the paper. What is smaller belongs to the room beside it.
+pub(super) const SMALLEST_M2: f64 = 1.5;
 /// Nobody fits in where nothing is wider than this, metres.
 const NARROWEST_M: f64 = 0.6;
 
-/// Rooms as labels of cells, 1 and up; 0 is none.
+/// Rooms as labels of cells, 1 and up; else [`NONE`] or [`OUTDOORS`].
 pub(super) struct Regions {
     pub labels: Vec<u32>,
     pub count: u32,
 }
 
-/// Divides the indoor cells that have no label yet; numbers go on after `count`.
+/// Divides the open cells that have no label yet; numbers go on after `count`.
 pub(super) fn divide(ground: &Ground, labels: Vec<u32>, count: u32) -> Regions {
-    let is_open = |i: usize| ground.places[i] == Place::Indoors && labels[i] == NONE;
+    let is_open = |i: usize| ground.places[i] == Place::Open && labels[i] == NONE;
     let obstacles: Vec<bool> = (0..labels.len()).map(|i| !is_open(i)).collect();
     let clearance = distance::to_nearest(&obstacles, ground.width);
     let mut flood = Flood { ground, clearance: &clearance, basin: vec![NONE; labels.len()], basins: Basins::default() };
@@ -80,14 +86,17 @@ struct Basins {
     peaks: Vec<f32>,
     /// Cells.
     sizes: Vec<usize>,
+    /// Whether walls are around where it is widest.
+    are_indoors: Vec<bool>,
 }
 
 impl Basins {
-    fn add(&mut self, peak: f32) -> u32 {
+    fn add(&mut self, peak: f32, is_indoors: bool) -> u32 {
         let basin = self.parents.len() as u32 + 1;
         self.parents.push(basin);
         self.peaks.push(peak);
         self.sizes.push(0);
+        self.are_indoors.push(is_indoors);
         basin
     }
 
@@ -130,7 +139,7 @@ impl Flood<'_> {
         }
         let own = match highest {
             Some(k) => self.basins.root(self.basin[k]),
-            None => self.basins.add(self.clearance[i]),
+            None => self.basins.add(self.clearance[i], self.ground.is_indoors[i]),
         };
         self.basin[i] = own;
         self.basins.sizes[own as usize - 1] += 1;
@@ -151,6 +160,9 @@ impl Flood<'_> {
         // From the middle of a cell to that of the first obstacle is half a cell too much at either side.
         let width_m = (2.0 * f64::from(clearance) - 1.0) * self.ground.cell_m;
         let lower_m = (2.0 * f64::from(lower) - 1.0) * self.ground.cell_m;
+        if self.basins.are_indoors[a as usize - 1] != self.basins.are_indoors[b as usize - 1] {
+            return width_m <= HOLE_M;
+        }
         let narrower = if width_m < WIDE_M { NARROWER } else { MUCH_NARROWER };
         width_m <= DOORWAY_M && width_m <= narrower * lower_m
     }
@@ -190,6 +202,10 @@ fn number(ground: &Ground, basin: Vec<u32>, basins: &mut Basins, mut labels: Vec
     let mut numbers: BTreeMap<u32, u32> = BTreeMap::new();
     for (label, basin) in labels.iter_mut().zip(&basin).filter(|(_, basin)| **basin != NONE) {
         let root = basins.root(*basin);
+        if !basins.are_indoors[root as usize - 1] {
+            *label = OUTDOORS;
+            continue;
+        }
         *label = *numbers.entry(root).or_insert_with(|| {
             let [size, peak] = [basins.sizes[root as usize - 1] as f64, f64::from(2.0 * basins.peaks[root as usize - 1])];
             if size * ground.cell_m2() < SMALLEST_M2 || peak * ground.cell_m < NARROWEST_M {

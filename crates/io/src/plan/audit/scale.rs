@@ -3,6 +3,7 @@
 use planwalk_types::{Element, ElementKind, FloorPlan, Form, Level, Plan, Pt2};
 
 use super::finding::{Finding, ScaleSign};
+use super::ground::{Ground, Place};
 use super::spaces::area_m2;
 use super::{End, Passage};
 
@@ -107,11 +108,46 @@ fn wall(element: &Element) -> Option<(f64, f64)> {
     (around > 0.0).then(|| (2.0 * area_m2(&element.form) / around, around))
 }
 
+/// How thick what stands between two open cells is, metres, along rows and columns: half of it is thicker. What is black to the rim of
+/// the picture stands between nothing.
+fn between_m(ground: &Ground) -> Option<f64> {
+    let mut counts: Vec<usize> = vec![0; ground.width.max(ground.height) + 1];
+    let mut count_runs = |cells: &mut dyn Iterator<Item = usize>| {
+        let (mut run, mut is_after_open) = (0, false);
+        for i in cells {
+            match ground.places[i] {
+                Place::Built => run += 1,
+                place => {
+                    if run > 0 && is_after_open && place == Place::Open {
+                        counts[run] += 1;
+                    }
+                    (run, is_after_open) = (0, place == Place::Open);
+                }
+            }
+        }
+    };
+    for row in 0..ground.height {
+        count_runs(&mut (row * ground.width..(row + 1) * ground.width));
+    }
+    for column in 0..ground.width {
+        count_runs(&mut (0..ground.height).map(|row| row * ground.width + column));
+    }
+    let whole: usize = counts.iter().sum();
+    let mut so_far = 0;
+    let median = counts.iter().position(|count| {
+        so_far += count;
+        2 * so_far >= whole
+    })?;
+    (whole > 0).then_some(median as f64 * ground.cell_m)
+}
+
 /// What says that the scale is wrong.
-pub(super) fn signs(plan: &FloorPlan, level: &Level, widths: Option<&Widths>) -> Vec<Finding> {
+pub(super) fn signs(plan: &FloorPlan, ground: &Ground, level: &Level, widths: Option<&Widths>) -> Vec<Finding> {
     let doors = widths.filter(|widths| widths.count >= FEWEST);
     let median = doors.map(|w| (ScaleSign::Doors, w.median_m, if w.are_doors { MEDIAN_DOOR_M } else { MEDIAN_OPENING_M }));
-    let walls = wall_m(level).map(|thick| (ScaleSign::Walls, thick, WALL_M));
+    // Lines have no thickness.
+    let has_areas = level.elements.iter().any(|e| e.kind == ElementKind::Wall && matches!(e.form, Form::Area(_)));
+    let walls = between_m(ground).filter(|_| has_areas).map(|thick| (ScaleSign::Walls, thick, WALL_M));
     let floor = Some((ScaleSign::Floor, plan.inside_area_m2(), FLOOR_M2));
     let is_odd = |(_, measured, [least, most]): &(ScaleSign, f64, [f64; 2])| measured < least || measured > most;
     let signs = [median, walls, floor].into_iter().flatten().filter(is_odd);

@@ -45,7 +45,7 @@ fn parts(ground: &Ground) -> Vec<Part> {
     let (columns, rows) = (ground.width.div_ceil(block), ground.height.div_ceil(block));
     let mut waiting = vec![false; columns * rows];
     for (i, place) in ground.places.iter().enumerate() {
-        if matches!(place, Place::Built | Place::Door | Place::Indoors) {
+        if matches!(place, Place::Built | Place::Door) {
             waiting[i / ground.width / block * columns + i % ground.width / block] = true;
         }
     }

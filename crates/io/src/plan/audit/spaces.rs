@@ -5,12 +5,15 @@ use planwalk_types::{Cell, Element, ElementKind, Form, Level, Plan, Pt2};
 use super::super::cells::Pixels;
 use super::super::{PlanFileError, outline};
 use super::ground::{Ground, Place};
-use super::passages::{OUTDOORS, Way};
-use super::regions::{self, NONE, Regions};
+use super::passages::Way;
+use super::regions::{self, NONE, OUTDOORS, Regions};
 use super::{End, FOUND, Passage, Room, is_label, names};
 
 /// Cells wider than this show no doorway, metres.
 const COARSEST_M: f64 = 0.2;
+
+/// Most cells that areas and outlines go through, together: some seconds. A real storey needs a hundredth of it.
+const WORK_LIMIT: u64 = 1_000_000_000;
 
 /// A piece of floor.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,22 +54,28 @@ impl Spaces {
     }
 }
 
+/// Whether cells are fine enough for a doorway to be told from a wall.
+pub(super) fn can_see_doorways(ground: &Ground) -> bool {
+    ground.cell_m <= COARSEST_M
+}
+
 /// The storey's pieces of floor.
 pub(super) fn of(ground: &Ground, level: &Level) -> Result<Spaces, PlanFileError> {
     let drawn: Vec<&Element> = level.elements.iter().filter(|e| e.kind.is_ground() && matches!(e.form, Form::Area(_))).collect();
     let has_rooms = drawn.iter().any(|e| e.kind == ElementKind::Room);
     // Ground without rooms is the building's outline, or what a robot has seen: rooms are to be found in it.
     let drawn = if has_rooms { drawn } else { Vec::new() };
-    let labels = paint(ground, &drawn);
+    let mut work_left = WORK_LIMIT;
+    let labels = paint(ground, &drawn, &mut work_left)?;
     let count = drawn.len() as u32;
     let Regions { labels, count } =
-        if ground.cell_m <= COARSEST_M { regions::divide(ground, labels, count) } else { Regions { labels, count } };
+        if can_see_doorways(ground) { regions::divide(ground, labels, count) } else { Regions { labels, count } };
     let cells = cells_by_label(&labels, count);
     let mut all = Vec::with_capacity(cells.len());
     for (n, cells) in cells.iter().enumerate() {
         let element = match drawn.get(n) {
             Some(element) => (*element).clone(),
-            None => found(ground, cells)?,
+            None => found(ground, cells, &mut work_left)?,
         };
         let is_room = element.kind == ElementKind::Room && (!has_rooms || n < drawn.len());
         all.push(Space { area_m2: area_m2(&element.form), at: heart(ground, cells, &element.form), element, is_room });
@@ -78,7 +87,7 @@ pub(super) fn of(ground: &Ground, level: &Level) -> Result<Spaces, PlanFileError
 }
 
 /// Labels of drawn areas, large ones first, so that a room in a hall is not the hall.
-fn paint(ground: &Ground, drawn: &[&Element]) -> Vec<u32> {
+fn paint(ground: &Ground, drawn: &[&Element], work_left: &mut u64) -> Result<Vec<u32>, PlanFileError> {
     let mut labels = vec![NONE; ground.places.len()];
     let mut order: Vec<usize> = (0..drawn.len()).collect();
     // Rooms lie on floors, whatever their sizes.
@@ -88,13 +97,20 @@ fn paint(ground: &Ground, drawn: &[&Element]) -> Vec<u32> {
     });
     for n in order {
         let Form::Area(rings) = &drawn[n].form else { continue };
-        for i in inside(ground, rings) {
-            if matches!(ground.places[i], Place::Indoors | Place::Unknown | Place::Outdoors) {
+        let cells = inside(ground, rings);
+        spend(work_left, cells.len())?;
+        for i in cells {
+            if matches!(ground.places[i], Place::Open | Place::Unknown) {
                 labels[i] = n as u32 + 1;
             }
         }
     }
-    labels
+    Ok(labels)
+}
+
+fn spend(work_left: &mut u64, work: usize) -> Result<(), PlanFileError> {
+    *work_left = work_left.checked_sub(work as u64).ok_or(PlanFileError::TooIntricate { limit: WORK_LIMIT })?;
+    Ok(())
 }
 
 /// Cells whose middles are inside some rings, by the even-odd rule.
@@ -136,12 +152,13 @@ fn cells_by_label(labels: &[u32], count: u32) -> Vec<Vec<usize>> {
 }
 
 /// The outline of found cells: that of the largest piece, if a corner is all that holds others to it.
-fn found(ground: &Ground, cells: &[usize]) -> Result<Element, PlanFileError> {
+fn found(ground: &Ground, cells: &[usize], work_left: &mut u64) -> Result<Element, PlanFileError> {
     let columns = || cells.iter().map(|i| i % ground.width);
     let rows = || cells.iter().map(|i| i / ground.width);
     let (left, right) = (columns().min().unwrap_or(0), columns().max().unwrap_or(0));
     let (lower, upper) = (rows().min().unwrap_or(0), rows().max().unwrap_or(0));
     let (width, height) = (right - left + 1, upper - lower + 1);
+    spend(work_left, width * height)?;
     let mut pixels = Pixels { width, height, cells: vec![Cell::Free; width * height] };
     for i in cells {
         pixels.cells[(upper - i / ground.width) * width + i % ground.width - left] = Cell::Wall;

@@ -21,6 +21,8 @@ const PARALLEL: f64 = 0.0175;
 const SQUARE_M: f64 = 2.0;
 /// Most strokes that are compared: a site of a square kilometre.
 const MOST: usize = 500_000;
+/// More strokes in a square are a hatching, which is looked at by nobody.
+const MOST_IN_SQUARE: usize = 2000;
 /// Most squares that a stroke is entered in.
 const MOST_SQUARES: usize = 4096;
 
@@ -69,12 +71,12 @@ struct Strokes {
 }
 
 impl Strokes {
-    /// All straight pieces of walls: of lines, and of the outlines of areas where these are asked for too.
-    fn of(level: &Level, with_areas: bool) -> Self {
+    /// All straight pieces of walls drawn as lines; or of everything that a wall may end at.
+    fn of(level: &Level, is_all: bool) -> Self {
         let mut all = Vec::new();
-        for (of, element) in level.elements.iter().enumerate().filter(|(_, e)| e.kind == ElementKind::Wall) {
+        for (of, element) in level.elements.iter().enumerate().filter(|(_, e)| !e.kind.is_ground()) {
             let closed = matches!(element.form, Form::Area(_));
-            if closed && !with_areas {
+            if !is_all && (closed || element.kind != ElementKind::Wall) {
                 continue;
             }
             for chain in element.form.chains() {
@@ -121,7 +123,7 @@ fn along(stroke: &Stroke) -> impl Iterator<Item = (i64, i64)> + use<> {
     })
 }
 
-/// Walls drawn as lines that are shorter than walls are thick, and that nothing meets at one end at least.
+/// Walls drawn as lines that are shorter than walls are thick, and that no wall, window or door meets at one end at least.
 pub(super) fn short(level: &Level) -> Vec<Finding> {
     let thickness_m = wall_m(level).unwrap_or(PARTITION_M);
     let strokes = Strokes::of(level, true);
@@ -144,7 +146,7 @@ pub(super) fn short(level: &Level) -> Vec<Finding> {
 pub(super) fn doubled(level: &Level) -> Vec<Finding> {
     let strokes = Strokes::of(level, false);
     let mut found: BTreeMap<(usize, usize), (Pt2<Plan>, f64)> = BTreeMap::new();
-    for list in strokes.squares.values() {
+    for list in strokes.squares.values().filter(|list| list.len() <= MOST_IN_SQUARE) {
         for (n, a) in list.iter().enumerate() {
             for b in &list[n + 1..] {
                 let (first, second) = (&strokes.all[*a], &strokes.all[*b]);
