@@ -8,6 +8,9 @@ use planwalk_types::{Cell, FloorPlan, Plan, Pt2};
 const CLUTTER_M: f64 = 0.8;
 /// How surely indoors begins, of [`FloorPlan::inside`].
 const INDOORS: f32 = 0.5;
+/// Indoors is known to a quarter of a metre: so wide a strip beside what is outdoors is outdoors too, metres.
+const FRINGE_M: f64 = 0.3;
+
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
@@ -59,6 +62,7 @@ impl Ground {
             posts: Vec::new(),
         };
         ground.clear_posts();
+        ground.widen_outdoors();
         ground
     }
 
@@ -148,5 +152,23 @@ impl Ground {
             posts.push(Post { at, size_m });
         }
         self.posts = posts;
+    }
+
+    /// The strip along the outer walls sees one of them everywhere, and is no room.
+    fn widen_outdoors(&mut self) {
+        let is_out = |ground: &Self, i: usize| ground.places[i] == Place::Open && !ground.is_indoors[i];
+        let is_in = |ground: &Self, i: usize| ground.places[i] == Place::Open && ground.is_indoors[i];
+        let mut edge: Vec<usize> = (0..self.places.len()).filter(|i| is_out(self, *i)).collect();
+        edge.retain(|i| self.beside(*i).any(|k| is_in(self, k)));
+        for _ in 0..(FRINGE_M / self.cell_m).ceil() as usize {
+            let mut next = Vec::new();
+            for k in edge.iter().flat_map(|i| self.beside(*i)).collect::<Vec<_>>() {
+                if is_in(self, k) {
+                    self.is_indoors[k] = false;
+                    next.push(k);
+                }
+            }
+            edge = next;
+        }
     }
 }

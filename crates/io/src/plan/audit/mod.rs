@@ -9,6 +9,7 @@
 
 mod connections;
 mod distance;
+mod facade;
 mod finding;
 mod ground;
 mod isolated;
@@ -97,7 +98,7 @@ impl Audit {
         let widths = Widths::of(level, &passages);
         let mut findings = scale::doors(level);
         if spaces::can_see_doorways(&ground) {
-            findings.extend(reach::gaps(&ways));
+            findings.extend(reach::gaps(&passages));
             findings.extend(reach::unreachable(&ground, &spaces, &ways));
         }
         findings.extend(scale::signs(&plan, &ground, level, widths.as_ref()));

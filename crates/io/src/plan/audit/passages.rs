@@ -83,7 +83,7 @@ fn openings(ground: &Ground, side: &impl Fn(usize) -> u32) -> Vec<Way> {
 }
 
 /// Cells along a border, gathered by neck.
-fn necks(ground: &Ground, mut cells: Vec<usize>) -> Vec<Vec<usize>> {
+pub(super) fn necks(ground: &Ground, mut cells: Vec<usize>) -> Vec<Vec<usize>> {
     cells.sort_unstable();
     cells.dedup();
     let mut waiting: BTreeMap<usize, ()> = cells.iter().map(|i| (*i, ())).collect();
@@ -102,11 +102,16 @@ fn necks(ground: &Ground, mut cells: Vec<usize>) -> Vec<Vec<usize>> {
 
 /// Middle and length of a chain of cells, which may run slantwise.
 fn span(ground: &Ground, cells: &[usize]) -> (Pt2<Plan>, f64) {
+    let (a, b) = tips(ground, cells);
+    (Pt2::new(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)), a.distance(b) + ground.cell_m)
+}
+
+/// The two ends of a chain of cells.
+pub(super) fn tips(ground: &Ground, cells: &[usize]) -> (Pt2<Plan>, Pt2<Plan>) {
     let points: Vec<Pt2<Plan>> = cells.iter().map(|i| ground.centre(*i)).collect();
-    let Some(first) = points.first() else { return (ground.origin, 0.0) };
+    let Some(first) = points.first() else { return (ground.origin, ground.origin) };
     // The point farthest from any, and the one farthest from that, are the two ends of what is nearly straight.
     let farthest = |from: Pt2<Plan>| points.iter().copied().max_by(|a, b| a.distance(from).total_cmp(&b.distance(from))).unwrap_or(from);
     let end = farthest(*first);
-    let other = farthest(end);
-    (Pt2::new(0.5 * (end.x + other.x), 0.5 * (end.y + other.y)), end.distance(other) + ground.cell_m)
+    (farthest(end), end)
 }

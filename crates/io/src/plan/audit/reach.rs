@@ -9,6 +9,7 @@ use super::ground::{Ground, Place};
 use super::passages::Way;
 use super::regions::{NONE, OUTDOORS};
 use super::spaces::Spaces;
+use super::{End, Passage};
 
 /// Openings without a door are entrances, where the drawing has no doors, if they are this wide, metres.
 const ENTRANCE_M: std::ops::RangeInclusive<f64> = 0.6..=2.5;
@@ -17,11 +18,12 @@ const SMALLEST_M2: f64 = 1.5;
 /// A wall that is thicker hides nothing, metres.
 const THICKEST_M: f64 = 1.0;
 
-/// Openings to outdoors that no door explains.
-pub(super) fn gaps(ways: &[Way]) -> Vec<Finding> {
-    let has_doors = ways.iter().any(|way| way.is_door);
-    let is_gap = |way: &&Way| !way.is_door && way.sides.contains(&OUTDOORS) && (has_doors || !ENTRANCE_M.contains(&way.width_m));
-    ways.iter().filter(is_gap).map(|way| Finding::OutlineGap { at: way.at, width_m: way.width_m }).collect()
+/// Openings from rooms to outdoors that no door explains. Ground that is no room may be a terrace.
+pub(super) fn gaps(passages: &[Passage]) -> Vec<Finding> {
+    let has_doors = passages.iter().any(|way| way.is_door);
+    let leads_out = |way: &Passage| way.ends.contains(&End::Outdoors) && way.ends.iter().any(|end| matches!(end, End::Room(_)));
+    let is_gap = |way: &&Passage| !way.is_door && leads_out(way) && (has_doors || !ENTRANCE_M.contains(&way.width_m));
+    passages.iter().filter(is_gap).map(|way| Finding::OutlineGap { at: way.at, width_m: way.width_m }).collect()
 }
 
 /// Parts from which no way leads to the largest part.
@@ -33,7 +35,6 @@ pub(super) fn unreachable(ground: &Ground, spaces: &Spaces, ways: &[Way]) -> Vec
     for way in ways {
         join(&mut parts, place(way.sides[0]), place(way.sides[1]));
     }
-    let part_of: Vec<usize> = (0..=count).map(|n| root(&mut parts, n)).collect();
     let cells = cells_of(spaces);
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for n in 0..=count {

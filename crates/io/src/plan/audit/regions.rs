@@ -7,21 +7,18 @@
 //! narrow place is judged by itself, by its own width and by how much wider both of its sides are (a watershed with merging by
 //! saliency), so that a narrow corridor stays whole and a wide door between two halls still divides them. The borders lie in the
 //! necks, because floods meet there.
-//! Outdoors is flooded with the rest, from where walls are not all around; so a facade without its windows ends where its wall would
-//! stand, and a corner between two wings, which clearance only leaves, is no room.
+//! Outdoors is flooded by itself; [`facade`] says where it ends.
 //! Pitfall: clearance is known to a cell, so corridors have many maxima; they merge because nothing between them is narrower.
 
 use std::collections::BTreeMap;
 
-use super::distance;
+use super::{distance, facade};
 use super::ground::{Ground, Place};
 
 /// No room.
 pub(super) const NONE: u32 = 0;
 /// Outdoors.
 pub(super) const OUTDOORS: u32 = u32::MAX;
-/// Between indoors and outdoors everything up to this width is a hole in a wall, metres; a court that is open wider is outdoors.
-const HOLE_M: f64 = 8.0;
 /// Doorways without a door in them are at most this wide, metres: double doors. Wider ones are parts of one room.
 const DOORWAY_M: f64 = 2.1;
 /// A doorway is at most this much as wide as either of its sides; of a corridor as narrow as its doors nothing is cut off …
@@ -54,7 +51,9 @@ pub(super) fn divide(ground: &Ground, labels: Vec<u32>, count: u32) -> Regions {
     }
     let Flood { basin, mut basins, .. } = flood;
     join_small(ground, &clearance, &basin, &mut basins);
-    number(ground, basin, &mut basins, labels, count)
+    let mut regions = number(ground, basin, &mut basins, labels, count);
+    facade::settle(ground, &mut regions, count);
+    regions
 }
 
 /// Open cells by falling clearance; those of equal clearance in the order of rows.
@@ -132,19 +131,21 @@ impl Flood<'_> {
     /// A cell goes to the highest of its neighbours, which were all there before it; where several floods meet, they are judged.
     fn visit(&mut self, i: usize) {
         let mut highest: Option<usize> = None;
-        for k in self.ground.around(i, 1).filter(|k| self.basin[*k] != NONE) {
+        let is_indoors = self.ground.is_indoors[i];
+        let is_alike = |k: &usize, basin: &[u32]| basin[*k] != NONE && self.ground.is_indoors[*k] == is_indoors;
+        for k in self.ground.around(i, 1).filter(|k| is_alike(k, &self.basin)) {
             if highest.is_none_or(|h| self.clearance[k] > self.clearance[h]) {
                 highest = Some(k);
             }
         }
         let own = match highest {
             Some(k) => self.basins.root(self.basin[k]),
-            None => self.basins.add(self.clearance[i], self.ground.is_indoors[i]),
+            None => self.basins.add(self.clearance[i], is_indoors),
         };
         self.basin[i] = own;
         self.basins.sizes[own as usize - 1] += 1;
         for k in self.ground.around(i, 1) {
-            if self.basin[k] == NONE {
+            if !is_alike(&k, &self.basin) {
                 continue;
             }
             let (own, other) = (self.basins.root(own), self.basins.root(self.basin[k]));
@@ -160,9 +161,6 @@ impl Flood<'_> {
         // From the middle of a cell to that of the first obstacle is half a cell too much at either side.
         let width_m = (2.0 * f64::from(clearance) - 1.0) * self.ground.cell_m;
         let lower_m = (2.0 * f64::from(lower) - 1.0) * self.ground.cell_m;
-        if self.basins.are_indoors[a as usize - 1] != self.basins.are_indoors[b as usize - 1] {
-            return width_m <= HOLE_M;
-        }
         let narrower = if width_m < WIDE_M { NARROWER } else { MUCH_NARROWER };
         width_m <= DOORWAY_M && width_m <= narrower * lower_m
     }

@@ -17,6 +17,8 @@ const MEDIAN_OPENING_M: [f64; 2] = [0.5, 2.0];
 const FEWEST: usize = 3;
 /// So thick are walls, metres: from a sheet of glass to a castle.
 const WALL_M: [f64; 2] = [0.02, 1.5];
+/// What is thicker than this between two rooms is ground that nobody has seen, metres.
+const SOLID_M: f64 = 3.0;
 /// So large are storeys, m²: from a cabin to the largest hall there is.
 const FLOOR_M2: [f64; 2] = [4.0, 500_000.0];
 
@@ -111,15 +113,15 @@ fn wall(element: &Element) -> Option<(f64, f64)> {
 /// How thick what stands between two open cells is, metres, along rows and columns: half of it is thicker. What is black to the rim of
 /// the picture stands between nothing.
 fn between_m(ground: &Ground) -> Option<f64> {
-    let mut counts: Vec<usize> = vec![0; ground.width.max(ground.height) + 1];
+    let mut counts: Vec<usize> = vec![0; (SOLID_M / ground.cell_m) as usize + 1];
     let mut count_runs = |cells: &mut dyn Iterator<Item = usize>| {
         let (mut run, mut is_after_open) = (0, false);
         for i in cells {
             match ground.places[i] {
                 Place::Built => run += 1,
                 place => {
-                    if run > 0 && is_after_open && place == Place::Open {
-                        counts[run] += 1;
+                    if is_after_open && place == Place::Open {
+                        counts.get_mut(run).into_iter().for_each(|count| *count += 1);
                     }
                     (run, is_after_open) = (0, place == Place::Open);
                 }
@@ -132,6 +134,8 @@ fn between_m(ground: &Ground) -> Option<f64> {
     for column in 0..ground.width {
         count_runs(&mut (0..ground.height).map(|row| row * ground.width + column));
     }
+    // Open cells side by side.
+    counts[0] = 0;
     let whole: usize = counts.iter().sum();
     let mut so_far = 0;
     let median = counts.iter().position(|count| {

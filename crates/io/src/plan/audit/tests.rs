@@ -109,6 +109,31 @@ fn span(form: &Form) -> f64 {
 }
 
 #[test]
+fn a_room_without_its_outer_wall_ends_where_the_wall_would_stand() {
+    // 5 m × 6 m, open over all of its right side, and a closed one to its left.
+    let walls = [[0.0, 0.0, 10.0, 0.0], [0.0, 5.0, 10.0, 5.0], [0.0, 0.0, 0.0, 5.0], [4.0, 0.0, 4.0, 5.0]];
+    let wall = |[x0, y0, x1, y1]: [f64; 4]| Element::new(ElementKind::Wall, line(Pt2::new(x0, y0), Pt2::new(x1, y1)));
+    let door = Element::new(ElementKind::Door, line(Pt2::new(4.0, 2.0), Pt2::new(4.0, 2.9)));
+    let level = Level { elements: walls.into_iter().map(wall).chain([door]).collect(), ..Level::default() };
+    let audit = Audit::of(&level).unwrap();
+    let mut areas: Vec<f64> = audit.rooms.iter().map(|room| room.area_m2).collect();
+    areas.sort_by(f64::total_cmp);
+    assert!(areas.len() == 2 && (areas[0] - 20.0).abs() < 1.0 && (areas[1] - 30.0).abs() < 1.5, "{areas:?}");
+    let [Finding::OutlineGap { at, width_m }] = audit.findings[..] else { panic!("{:?}", audit.findings) };
+    // The arc before it is known to coarse cells of 25 cm.
+    assert!((width_m - 5.0).abs() < 0.3 && at.distance(Pt2::new(10.0, 2.5)) < 0.5, "{width_m}, {at:?}");
+}
+
+#[test]
+fn a_corner_between_two_wings_is_no_room() {
+    let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 6.0), (6.0, 6.0), (6.0, 20.0), (0.0, 20.0)].map(|(x, y)| Pt2::new(x, y));
+    let walls = Element::new(ElementKind::Wall, Form::Line(corners.iter().copied().chain([corners[0]]).collect()));
+    let audit = Audit::of(&Level { elements: vec![walls], ..Level::default() }).unwrap();
+    assert_eq!(audit.rooms.len(), 1, "{:?}", audit.rooms);
+    assert!((audit.rooms[0].area_m2 - 204.0).abs() < 5.0 && audit.findings.is_empty(), "{:?}", audit.findings);
+}
+
+#[test]
 fn a_room_whose_door_is_walled_up_is_not_reached() {
     let (building, mut level) = office();
     // A room with one door, which is not the way to any other.
