@@ -63,12 +63,8 @@ fn storey_entry(level: &Level, audit: &Audit) -> StoreyEntry {
         End::Ground => SideEntry::Other("ground".to_owned()),
         End::Outdoors => SideEntry::Other("outdoors".to_owned()),
     };
-    let passage = |p: &audit::Passage| PassageEntry {
-        between: p.ends.map(side),
-        at_m: [p.at.x, p.at.y],
-        width_m: p.width_m,
-        door: p.is_door,
-    };
+    let passage =
+        |p: &audit::Passage| PassageEntry { between: p.ends.map(side), at_m: [p.at.x, p.at.y], width_m: p.width_m, door: p.is_door };
     let finding = |finding: &Finding| FindingEntry {
         kind: finding.kind().to_owned(),
         at_m: finding.at().map(|at| [at.x, at.y]),
@@ -102,7 +98,10 @@ pub fn describe(building: &BuildingEntry) -> Vec<String> {
     }
     if let Some(place) = &building.georeference {
         let bearing = place.bearing_rad.to_degrees();
-        lines.push(format!("(0, 0) lies at {:.6}°, {:.6}° (longitude, latitude); up is {bearing:.1}° from north", place.longitude_deg, place.latitude_deg));
+        lines.push(format!(
+            "(0, 0) lies at {:.6}°, {:.6}° (longitude, latitude); up is {bearing:.1}° from north",
+            place.longitude_deg, place.latitude_deg
+        ));
     }
     for storey in &building.storeys {
         lines.extend(storey_lines(storey));
@@ -110,7 +109,11 @@ pub fn describe(building: &BuildingEntry) -> Vec<String> {
     for connection in &building.connections {
         let ordinals: Vec<String> = connection.ordinals.iter().map(ToString::to_string).collect();
         let name = connection.name.as_deref().map_or_else(String::new, |name| format!(" {name}"));
-        let joins = if ordinals.len() > 1 { format!("joins storeys {}", ordinals.join(", ")) } else { format!("is on storey {} only", ordinals.join("")) };
+        let joins = if ordinals.len() > 1 {
+            format!("joins storeys {}", ordinals.join(", "))
+        } else {
+            format!("is on storey {} only", ordinals.join(""))
+        };
         let [x, y] = connection.at_m;
         lines.push(format!("{}{name} at ({x:.1}, {y:.1}) m {joins}", connection.kind));
     }
@@ -118,13 +121,15 @@ pub fn describe(building: &BuildingEntry) -> Vec<String> {
 }
 
 fn storey_lines(storey: &StoreyEntry) -> Vec<String> {
-    let counts: Vec<String> = ElementKind::ALL
-        .iter()
-        .filter_map(|kind| storey.elements.get(kind.word()).map(|count| plural(*count, kind.word())))
-        .collect();
+    let counts: Vec<String> =
+        ElementKind::ALL.iter().filter_map(|kind| storey.elements.get(kind.word()).map(|count| plural(*count, kind.word()))).collect();
     let mut lines = vec![format!("storey {} ({}): {}", storey.name, storey.ordinal, counts.join(", "))];
     let areas: Vec<f64> = storey.rooms.iter().map(|room| room.area_m2).collect();
-    lines.extend(rooms_line(&areas, &storey.rooms.iter().map(|room| room.name.as_deref()).collect::<Vec<_>>(), storey.rooms.iter().any(|r| r.found)));
+    lines.extend(rooms_line(
+        &areas,
+        &storey.rooms.iter().map(|room| room.name.as_deref()).collect::<Vec<_>>(),
+        storey.rooms.iter().any(|r| r.found),
+    ));
     let doors = storey.passages.iter().filter(|p| p.door).count();
     if !storey.passages.is_empty() {
         lines.push(format!("  {} and {} between rooms, or out", plural(doors, "door"), plural(storey.passages.len() - doors, "opening")));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use planwalk::figure::{lettered, png_within};
 use planwalk::types::{Building, ElementKind, Level};
-use planwalk_io::plan::audit::Audit;
+use planwalk_io::plan::audit::{self, Audit};
 use planwalk_io::plan::native::{self, PlanDocument};
 use planwalk_io::plan::{self, export};
 
@@ -56,11 +56,12 @@ pub fn export(args: &PlanExportArgs) -> Result<(), Failure> {
     if ![".svg", ".geojson", ".csv", ".plan.json"].into_iter().any(has) {
         return Err(Failure::usage(format!("the file's ending says the format: {ENDINGS}\n  {}", file.output.display())));
     }
-    let document = open(file, voice)?;
+    let mut document = open(file, voice)?;
     if has(".plan.json") {
+        plan::complete(&mut document);
         return target.write(native::write(&document));
     }
-    let level = storey(&document.building, file, voice)?;
+    let level = &audit::as_drawn(storey(&document.building, file, voice)?);
     match document.building.georeference.filter(|_| !args.metres) {
         _ if has(".svg") => target.write(export::svg(level)),
         _ if has(".csv") => target.write(export::csv(level)),

@@ -12,7 +12,9 @@ use super::cells::Pixels;
 use super::native::Source;
 use super::pdf::PdfPage;
 use super::sketch::Sketch;
-use super::{PlanFileError, PlanOptions, audit, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list};
+use super::{
+    PlanFileError, PlanOptions, audit, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list,
+};
 use crate::raster::{self, SizeLimit};
 use crate::text;
 

@@ -112,13 +112,16 @@ mod tests {
             vec![at(Stairs, 1.0), at(Lift, 40.0)],
         ]));
         let said: Vec<_> = found.iter().map(|c| (c.kind, c.name.as_deref(), c.storeys.clone())).collect();
-        assert_eq!(said, [
-            (Stairs, None, vec![0, 1, 2]),
-            (Lift, Some("L1"), vec![0, 1]),
-            (Stairs, None, vec![1]),
-            // A lift is no stairs, though it is above some.
-            (Lift, None, vec![2]),
-        ]);
+        assert_eq!(
+            said,
+            [
+                (Stairs, None, vec![0, 1, 2]),
+                (Lift, Some("L1"), vec![0, 1]),
+                (Stairs, None, vec![1]),
+                // A lift is no stairs, though it is above some.
+                (Lift, None, vec![2]),
+            ]
+        );
     }
 
     #[test]

@@ -17,6 +17,9 @@ const WIDEST_M: f64 = 10.0;
 /// … and over at most this share of its rim: a room that is twice as wide as deep, and open over all of its width, has a third.
 const OPEN_SHARE: f64 = 0.38;
 
+/// An arc stands at most this far before the ends of its walls, metres: what indoors is known to.
+const MOST_OUT_M: f64 = 0.6;
+
 /// Gives arcs back, and corners to outdoors; numbers up to `drawn` are areas of the file, which end where they end.
 pub(super) fn settle(ground: &Ground, regions: &mut Regions, drawn: u32) {
     let is_found = |label: u32| label > drawn && label != OUTDOORS;
@@ -65,11 +68,18 @@ fn fill_arc(ground: &Ground, labels: &mut [u32], label: u32, neck: &[usize], a: 
         let (x, y) = (at.x - a.x, at.y - a.y);
         (c * x + s * y, c * y - s * x)
     };
-    let side = neck.iter().map(|i| seen(*i).1).sum::<f64>();
+    let side = if neck.iter().map(|i| seen(*i).1).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+    // The arc stands a little before the ends of the walls: the chord moves out as long as both of its ends are at one.
+    let is_at_wall = |end: Pt2<Plan>, out_m: f64| {
+        let at = Pt2::new(end.x + side * s * out_m, end.y - side * c * out_m);
+        ground.index(at).is_some_and(|i| ground.around(i, 2).any(|k| matches!(ground.places[k], Place::Built | Place::Door)))
+    };
+    let steps = (1..=(MOST_OUT_M / ground.cell_m) as usize).map(|step| step as f64 * ground.cell_m);
+    let out_m = steps.take_while(|out_m| is_at_wall(a, *out_m) && is_at_wall(b, *out_m)).last().unwrap_or(0.0);
     let is_between = |i: usize| {
         let (along, left) = seen(i);
         // The chord's own cells belong to the room.
-        along > -ground.cell_m && along < chord + ground.cell_m && left * side.signum() > -0.5 * ground.cell_m && left.abs() <= 0.5 * chord
+        along > -ground.cell_m && along < chord + ground.cell_m && left * side > -out_m - 0.5 * ground.cell_m && left.abs() <= 0.5 * chord
     };
     let mut open: Vec<usize> = neck.to_vec();
     while let Some(i) = open.pop() {

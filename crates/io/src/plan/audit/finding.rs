@@ -149,7 +149,9 @@ impl Finding {
             }
             Self::Unreachable { behind: None, .. } => "draw the door that leads there, or leave the part away".to_owned(),
             Self::DoorWidth { .. } => "look whether it is a door, and how wide it is there".to_owned(),
-            Self::Scale { sign: ScaleSign::Floor, .. } => "check the scale by a length that is known: --measure u1,v1,u2,v2=3.6m".to_owned(),
+            Self::Scale { sign: ScaleSign::Floor, .. } => {
+                "check the scale by a length that is known: --measure u1,v1,u2,v2=3.6m".to_owned()
+            }
             Self::Scale { measured, usual, .. } => {
                 let factor = if measured < &usual[0] { usual[0] / measured.max(1e-9) } else { usual[1] / measured };
                 format!("check the scale by a length that is known (--measure u1,v1,u2,v2=3.6m): it would be usual at ×{factor:.2}")

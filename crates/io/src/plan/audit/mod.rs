@@ -122,6 +122,13 @@ impl Audit {
     }
 }
 
+/// The storey without what was found on it, and without names that only stand in rooms: as other programs get it, which would take
+/// both for ground that somebody drew.
+pub fn as_drawn(level: &Level) -> Level {
+    let elements = level.elements.iter().filter(|element| !is_remark(element)).cloned().collect();
+    Level { ordinal: level.ordinal, name: level.name.clone(), elements }
+}
+
 /// Whether an element is only the name of the room that it stands in.
 pub(super) fn is_label(element: &Element) -> bool {
     element.kind == ElementKind::Room && matches!(element.form, Form::Spot(_))

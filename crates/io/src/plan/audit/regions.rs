@@ -12,8 +12,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{distance, facade};
 use super::ground::{Ground, Place};
+use super::{distance, facade};
 
 /// No room.
 pub(super) const NONE: u32 = 0;

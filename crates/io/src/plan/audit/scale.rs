@@ -97,10 +97,13 @@ pub(super) fn wall_m(level: &Level) -> Option<f64> {
     walls.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = walls.iter().map(|wall| wall.1).sum();
     let mut so_far = 0.0;
-    walls.into_iter().find(|wall| {
-        so_far += wall.1;
-        so_far >= 0.5 * whole
-    }).map(|wall| wall.0)
+    walls
+        .into_iter()
+        .find(|wall| {
+            so_far += wall.1;
+            so_far >= 0.5 * whole
+        })
+        .map(|wall| wall.0)
 }
 
 /// Thickness and length around, metres.

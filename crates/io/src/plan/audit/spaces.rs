@@ -182,9 +182,9 @@ pub(super) fn area_m2(form: &Form) -> f64 {
         0.5 * pairs.map(|(a, b)| a.0 * b.1 - b.0 * a.1).sum::<f64>().abs()
     };
     match form {
-        Form::Area(rings) => rings.split_first().map_or(0.0, |(outline, holes)| {
-            (ring(outline) - holes.iter().map(|hole| ring(hole)).sum::<f64>()).max(0.0)
-        }),
+        Form::Area(rings) => {
+            rings.split_first().map_or(0.0, |(outline, holes)| (ring(outline) - holes.iter().map(|hole| ring(hole)).sum::<f64>()).max(0.0))
+        }
         Form::Line(_) | Form::Spot(_) => 0.0,
     }
 }

@@ -19,8 +19,8 @@ const SHORTEST_TWICE_M: f64 = 0.3;
 const PARALLEL: f64 = 0.0175;
 /// Strokes are looked up by squares of this side, metres.
 const SQUARE_M: f64 = 2.0;
-/// Most strokes that are compared: a site of a square kilometre.
-const MOST: usize = 500_000;
+/// Most strokes, and most entries of them in squares, that are compared: a site of a square kilometre. Of more, none are.
+const MOST: usize = 2_000_000;
 /// More strokes in a square are a hatching, which is looked at by nobody.
 const MOST_IN_SQUARE: usize = 2000;
 /// Most squares that a stroke is entered in.
@@ -84,19 +84,28 @@ impl Strokes {
                 all.extend(ends.filter(|(a, b)| a != b).map(|(a, b)| Stroke { from: *a, to: *b, of }));
             }
             if all.len() > MOST {
-                return Self { all: Vec::new(), squares: BTreeMap::new() };
+                return Self::none();
             }
         }
         let mut squares: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
+        let mut entries = 0;
         for (n, stroke) in all.iter().enumerate() {
             for square in along(stroke) {
                 let list = squares.entry(square).or_default();
                 if list.last() != Some(&n) {
                     list.push(n);
+                    entries += 1;
                 }
+            }
+            if entries > MOST {
+                return Self::none();
             }
         }
         Self { all, squares }
+    }
+
+    fn none() -> Self {
+        Self { all: Vec::new(), squares: BTreeMap::new() }
     }
 
     /// Strokes that may be within [`MEET_M`] of a point.
