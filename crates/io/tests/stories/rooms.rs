@@ -148,7 +148,7 @@ fn rooms_of(path: &std::path::Path, metres_per_pixel: f64) -> Vec<Room> {
 fn rooms_of_robots_maps_are_those_that_people_have_drawn_in_them() {
     // Found and true rooms; recall and precision at least. Bormann et al. report 0.94 to 0.96 and 0.84 to 0.9 for the four methods
     // that they compare, on 20 maps without furniture.
-    for (name, at_most_off, recall_least, precision_least) in [("lab_ipa", 1, 0.85, 0.9), ("office_e", 2, 0.9, 0.9)] {
+    for (name, at_most_off, recall_least, precision_least) in [("lab_ipa", 2, 0.85, 0.85), ("office_e", 2, 0.85, 0.85)] {
         let (Some(map), Some(truth)) =
             (data(&format!("floorplans/ipa_test_maps/{name}.png")), data(&format!("floorplans/ipa_test_maps/{name}_gt_segmentation.svg")))
         else {

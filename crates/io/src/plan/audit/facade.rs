@@ -13,15 +13,16 @@ use super::passages::{necks, tips};
 use super::regions::{NONE, OUTDOORS, Regions};
 
 /// A room's wall is missing over at most this, metres; a court that is open wider is outdoors.
-const WIDEST_M: f64 = 10.0;
+const WIDEST_M: f64 = 12.0;
 /// … and over at most this share of its rim: a room that is twice as wide as deep, and open over all of its width, has a third.
 const OPEN_SHARE: f64 = 0.38;
 
 /// An arc stands at most this far before the ends of its walls, metres: what indoors is known to.
 const MOST_OUT_M: f64 = 0.6;
 
-/// Gives arcs back, and corners to outdoors; numbers up to `drawn` are areas of the file, which end where they end.
-pub(super) fn settle(ground: &Ground, regions: &mut Regions, drawn: u32) {
+/// Gives arcs back, and corners to outdoors; says which cells these were. Numbers up to `drawn` are those of areas that end where they
+/// end.
+pub(super) fn settle(ground: &Ground, regions: &mut Regions, drawn: u32) -> Vec<usize> {
     let is_found = |label: u32| label > drawn && label != OUTDOORS;
     let mut rims: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for i in (0..regions.labels.len()).filter(|i| is_found(regions.labels[*i])) {
@@ -49,10 +50,15 @@ pub(super) fn settle(ground: &Ground, regions: &mut Regions, drawn: u32) {
         count += u32::from(!goes);
         numbers.push(if goes { OUTDOORS } else { count });
     }
-    for label in regions.labels.iter_mut().filter(|label| **label != OUTDOORS) {
+    let mut gone = Vec::new();
+    for (i, label) in regions.labels.iter_mut().enumerate().filter(|(_, label)| **label != OUTDOORS) {
         *label = numbers[*label as usize];
+        if *label == OUTDOORS {
+            gone.push(i);
+        }
     }
     regions.count = count;
+    gone
 }
 
 /// Gives a room what lies outdoors between the arc in which it ends and the arc's chord.

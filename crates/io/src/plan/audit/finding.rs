@@ -24,6 +24,8 @@ pub enum Finding {
         at: Pt2<Plan>,
         /// How wide it is, metres.
         width_m: f64,
+        /// In how many places beside each other it is open.
+        places: usize,
     },
     /// Nobody gets to this floor: no door and no opening leads there from the largest part of the building.
     Unreachable {
@@ -118,7 +120,8 @@ impl Finding {
     /// Its numbers, by name and unit.
     pub fn figures(&self) -> Vec<(&'static str, f64)> {
         match *self {
-            Self::OutlineGap { width_m, .. } | Self::DoorWidth { width_m, .. } => vec![("width_m", width_m)],
+            Self::OutlineGap { width_m, places, .. } => vec![("width_m", width_m), ("places", places as f64)],
+            Self::DoorWidth { width_m, .. } => vec![("width_m", width_m)],
             Self::Unreachable { area_m2, behind, .. } => {
                 let behind = behind.map(|(at, thick_m)| [("behind_x_m", at.x), ("behind_y_m", at.y), ("behind_thickness_m", thick_m)]);
                 std::iter::once(("area_m2", area_m2)).chain(behind.into_iter().flatten()).collect()
@@ -205,7 +208,10 @@ impl fmt::Display for Finding {
             write!(f, "at ({:.2}, {:.2}) m ", at.x, at.y)?;
         }
         match self {
-            Self::OutlineGap { width_m, .. } => write!(f, "the outline is open over {width_m:.2} m"),
+            Self::OutlineGap { width_m, places: 0 | 1, .. } => write!(f, "the outline is open over {width_m:.2} m"),
+            Self::OutlineGap { width_m, places, .. } => {
+                write!(f, "the outline is open over {width_m:.2} m in {places} places beside each other")
+            }
             Self::Unreachable { area_m2, behind, .. } => {
                 write!(f, "nobody gets to {area_m2:.1} m² of floor")?;
                 behind.map_or(Ok(()), |(_, thick_m)| write!(f, ", behind {thick_m:.2} m of wall"))

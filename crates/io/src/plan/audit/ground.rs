@@ -42,6 +42,8 @@ pub(super) struct Ground {
     pub is_indoors: Vec<bool>,
     /// What was small enough to be floor.
     pub posts: Vec<Post>,
+    /// The cells of it.
+    pub post_cells: Vec<usize>,
 }
 
 impl Ground {
@@ -60,6 +62,7 @@ impl Ground {
             places: places.collect(),
             is_indoors: plan.inside().iter().map(|inside| *inside > INDOORS).collect(),
             posts: Vec::new(),
+            post_cells: Vec::new(),
         };
         ground.clear_posts();
         ground.widen_outdoors();
@@ -134,7 +137,7 @@ impl Ground {
 
     /// A wall between two doors stands alone too, unless doors count as built.
     fn clear_posts(&mut self) {
-        let mut posts = Vec::new();
+        let (mut posts, mut post_cells) = (Vec::new(), Vec::new());
         for group in self.groups(|i| matches!(self.places[i], Place::Built | Place::Door)) {
             let (at, size_m) = self.extent(&group);
             if size_m > CLUTTER_M || group.iter().any(|i| self.places[*i] == Place::Door) {
@@ -145,13 +148,14 @@ impl Ground {
                 continue;
             }
             let is_indoors = around().any(|k| self.is_indoors[k]);
-            for i in group {
-                self.places[i] = Place::Open;
-                self.is_indoors[i] = is_indoors;
+            for i in &group {
+                self.places[*i] = Place::Open;
+                self.is_indoors[*i] = is_indoors;
             }
+            post_cells.extend(group);
             posts.push(Post { at, size_m });
         }
-        self.posts = posts;
+        (self.posts, self.post_cells) = (posts, post_cells);
     }
 
     /// The strip along the outer walls sees one of them everywhere, and is no room.

@@ -13,6 +13,10 @@ use super::{End, Passage};
 
 /// Openings without a door are entrances, where the drawing has no doors, if they are this wide, metres.
 const ENTRANCE_M: std::ops::RangeInclusive<f64> = 0.6..=2.5;
+/// Holes that are no farther from each other are one, metres.
+const BESIDE_M: f64 = 1.0;
+/// Holes of a group that another is compared with, the latest first.
+const LOOKED_AT: usize = 16;
 /// Floor that is smaller than this is missed by nobody, m².
 const SMALLEST_M2: f64 = 1.5;
 /// A wall that is thicker hides nothing, metres.
@@ -23,7 +27,29 @@ pub(super) fn gaps(passages: &[Passage]) -> Vec<Finding> {
     let has_doors = passages.iter().any(|way| way.is_door);
     let leads_out = |way: &Passage| way.ends.contains(&End::Outdoors) && way.ends.iter().any(|end| matches!(end, End::Room(_)));
     let is_gap = |way: &&Passage| !way.is_door && leads_out(way) && (has_doors || !ENTRANCE_M.contains(&way.width_m));
-    passages.iter().filter(is_gap).map(|way| Finding::OutlineGap { at: way.at, width_m: way.width_m }).collect()
+    let mut found: Vec<(Pt2<Plan>, f64, Vec<&Passage>)> = Vec::new();
+    // Holes beside each other are one: so a facade looks whose glass is not drawn.
+    for way in passages.iter().filter(is_gap) {
+        let is_beside =
+            |other: &&Passage| other.ends == way.ends && other.at.distance(way.at) - 0.5 * (other.width_m + way.width_m) <= BESIDE_M;
+        let is_near = |(at, reach_m, group): &&mut (Pt2<Plan>, f64, Vec<&Passage>)| {
+            at.distance(way.at) <= *reach_m + 0.5 * way.width_m + BESIDE_M && group.iter().rev().take(LOOKED_AT).any(is_beside)
+        };
+        match found.iter_mut().find(is_near) {
+            Some((at, reach_m, group)) => {
+                *reach_m = reach_m.max(at.distance(way.at) + 0.5 * way.width_m);
+                group.push(way);
+            }
+            None => found.push((way.at, 0.5 * way.width_m, vec![way])),
+        }
+    }
+    let middle = |group: &[&Passage], of: fn(&Passage) -> f64| group.iter().map(|way| of(way)).sum::<f64>() / group.len().max(1) as f64;
+    let finding = |(_, _, group): (Pt2<Plan>, f64, Vec<&Passage>)| Finding::OutlineGap {
+        at: Pt2::new(middle(&group, |way| way.at.x), middle(&group, |way| way.at.y)),
+        width_m: group.iter().map(|way| way.width_m).sum(),
+        places: group.len(),
+    };
+    found.into_iter().map(finding).collect()
 }
 
 /// Parts from which no way leads to the largest part.

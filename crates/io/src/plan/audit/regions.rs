@@ -42,8 +42,24 @@ pub(super) struct Regions {
 
 /// Divides the open cells that have no label yet; numbers go on after `count`.
 pub(super) fn divide(ground: &Ground, labels: Vec<u32>, count: u32) -> Regions {
-    let is_open = |i: usize| ground.places[i] == Place::Open && labels[i] == NONE;
-    let obstacles: Vec<bool> = (0..labels.len()).map(|i| !is_open(i)).collect();
+    let mut regions = flood(ground, labels, count, &[]);
+    let gone = facade::settle(ground, &mut regions, count);
+    if gone.is_empty() {
+        return regions;
+    }
+    // A court takes the rooms along that are open to it: what stands in their facades divides them after all.
+    let numbered = regions.count;
+    for i in gone {
+        regions.labels[i] = NONE;
+    }
+    let mut regions = flood(ground, regions.labels, numbered, &ground.post_cells);
+    facade::settle(ground, &mut regions, numbered);
+    regions
+}
+
+fn flood(ground: &Ground, labels: Vec<u32>, count: u32, posts: &[usize]) -> Regions {
+    let mut obstacles: Vec<bool> = (0..labels.len()).map(|i| ground.places[i] != Place::Open || labels[i] != NONE).collect();
+    posts.iter().for_each(|i| obstacles[*i] = true);
     let clearance = distance::to_nearest(&obstacles, ground.width);
     let mut flood = Flood { ground, clearance: &clearance, basin: vec![NONE; labels.len()], basins: Basins::default() };
     for i in highest_first(&clearance) {
@@ -51,9 +67,7 @@ pub(super) fn divide(ground: &Ground, labels: Vec<u32>, count: u32) -> Regions {
     }
     let Flood { basin, mut basins, .. } = flood;
     join_small(ground, &clearance, &basin, &mut basins);
-    let mut regions = number(ground, basin, &mut basins, labels, count);
-    facade::settle(ground, &mut regions, count);
-    regions
+    number(ground, basin, &mut basins, labels, count)
 }
 
 /// Open cells by falling clearance; those of equal clearance in the order of rows.

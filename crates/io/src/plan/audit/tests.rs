@@ -92,7 +92,7 @@ fn a_hole_in_an_outer_wall_is_a_gap() {
     wall.form = line(from, left);
     level.elements.push(Element::new(ElementKind::Wall, line(right, to)));
     let found = findings(&level);
-    let [Finding::OutlineGap { at, width_m }] = found[..] else { panic!("{found:?}") };
+    let [Finding::OutlineGap { at, width_m, places: 1 }] = found[..] else { panic!("{found:?}") };
     // A cell at either side.
     assert!((width_m - 0.8).abs() < 0.11 && at.distance(Pt2::new(from.x + 0.9 * way, from.y)) < 0.3, "{at:?}, {width_m}");
 }
@@ -118,7 +118,7 @@ fn a_room_without_its_outer_wall_ends_where_the_wall_would_stand() {
     let mut areas: Vec<f64> = audit.rooms.iter().map(|room| room.area_m2).collect();
     areas.sort_by(f64::total_cmp);
     assert!(areas.len() == 2 && (areas[0] - 20.0).abs() < 1.0 && (areas[1] - 30.0).abs() < 1.5, "{areas:?}");
-    let [Finding::OutlineGap { at, width_m }] = audit.findings[..] else { panic!("{:?}", audit.findings) };
+    let [Finding::OutlineGap { at, width_m, places: 1 }] = audit.findings[..] else { panic!("{:?}", audit.findings) };
     // The arc before it is known to coarse cells of 25 cm.
     assert!((width_m - 5.0).abs() < 0.3 && at.distance(Pt2::new(10.0, 2.5)) < 0.5, "{width_m}, {at:?}");
 }

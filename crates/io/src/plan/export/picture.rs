@@ -241,7 +241,7 @@ mod tests {
     #[test]
     fn the_legend_counts_what_was_taken_for_what() {
         let (level, mut audit) = audited();
-        audit.findings = vec![Finding::OutlineGap { at: Pt2::new(1.0, 0.0), width_m: 1.0 }];
+        audit.findings = vec![Finding::OutlineGap { at: Pt2::new(1.0, 0.0), width_m: 1.0, places: 1 }];
         let text = picture(&level, &audit, "");
         for words in ["2 walls", "3 doors", "1 window", "2 rooms (pale colours)", "1 finding", "2 m"] {
             assert!(text.contains(&format!(">{words}</text>")), "{words}: {text}");
