@@ -1,4 +1,7 @@
-//! What does `plan_info.json` say? What is on a plan, and how far one must walk on it to know where one is.
+//! What does `plan_info.json` say? What is on a plan: storeys, rooms, doors, what looks wrong; and how far one must walk on it to know
+//! where one is.
+
+use std::collections::BTreeMap;
 
 use planwalk_locate::{Ambiguity, ConfusablePair};
 use planwalk_types::{Cell, FloorPlan, Seed};
@@ -7,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::result::{InputEntry, PoseEntry};
 
 /// Name and version of the schema. A field may be added under the same number; what changes or goes raises it.
-pub const SCHEMA: &str = "planwalk-plan-info/1";
+pub const SCHEMA: &str = "planwalk-plan-info/2";
 
 /// The whole of `plan_info.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +35,8 @@ pub struct PlanInfo {
     pub cells: CellCounts,
     /// Doorways: cells of doors that touch each other are one.
     pub doors: usize,
+    /// The building: storeys, rooms, ways between them, and what looks wrong.
+    pub building: BuildingEntry,
     /// How far one must walk to know where one is, where it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ambiguity: Option<AmbiguityEntry>,
@@ -39,6 +44,145 @@ pub struct PlanInfo {
     pub inputs: Vec<InputEntry>,
     /// What was decided while the plan was read.
     pub notes: Vec<String>,
+}
+
+/// What is drawn of a building.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct BuildingEntry {
+    /// What the file was read as, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// Metres in one unit, or pixel, of the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres_per_unit: Option<f64>,
+    /// Where the scale comes from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_from: Option<String>,
+    /// Where on the globe it is, if that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub georeference: Option<GeoreferenceEntry>,
+    /// Name of the storey that the cells above are of.
+    pub storey: String,
+    /// All storeys, from below.
+    pub storeys: Vec<StoreyEntry>,
+    /// Stairs and lifts.
+    pub connections: Vec<ConnectionEntry>,
+}
+
+/// Where on the globe a plan's (0, 0) is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GeoreferenceEntry {
+    /// Degrees, WGS 84.
+    pub longitude_deg: f64,
+    /// Degrees, WGS 84.
+    pub latitude_deg: f64,
+    /// Direction of the plan's y axis: radians from north, clockwise.
+    pub bearing_rad: f64,
+}
+
+/// A storey.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StoreyEntry {
+    /// Order from below.
+    pub ordinal: i32,
+    /// What people call it.
+    pub name: String,
+    /// How many elements of each kind are drawn on it.
+    pub elements: BTreeMap<String, usize>,
+    /// Rooms, from the bottom up.
+    pub rooms: Vec<RoomEntry>,
+    /// Ways between rooms, and out.
+    pub passages: Vec<PassageEntry>,
+    /// How wide its doors are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub widths: Option<WidthsEntry>,
+    /// What looks wrong, numbered from 1 in this order, as `plan render` marks it.
+    pub findings: Vec<FindingEntry>,
+}
+
+/// A room.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct RoomEntry {
+    /// Its name or number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Its floor, m².
+    pub area_m2: f64,
+    /// A place inside of it, metres.
+    pub at_m: [f64; 2],
+    /// Whether it was found between the walls; else the file draws it.
+    pub found: bool,
+    /// Places in [`StoreyEntry::rooms`], counted from 0, of the rooms that one gets to from it at once.
+    pub leads_to: Vec<usize>,
+}
+
+/// A way between two places.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PassageEntry {
+    /// Its two sides: a room's place in [`StoreyEntry::rooms`], counted from 0; or `ground` (no room of its own) or `outdoors`.
+    pub between: [SideEntry; 2],
+    /// Its middle, metres.
+    pub at_m: [f64; 2],
+    /// Clear width, metres.
+    pub width_m: f64,
+    /// Whether a door is drawn in it.
+    pub door: bool,
+}
+
+/// A side of a passage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SideEntry {
+    /// A room, by its place in the list.
+    Room(usize),
+    /// `ground` or `outdoors`.
+    Other(String),
+}
+
+/// How wide doors are, metres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct WidthsEntry {
+    /// Whether these are drawn doors; else they are openings between rooms.
+    pub are_doors: bool,
+    /// How many were measured.
+    pub count: usize,
+    /// Half are wider.
+    pub median_m: f64,
+    /// One of ten is narrower.
+    pub p10_m: f64,
+    /// One of ten is wider.
+    pub p90_m: f64,
+}
+
+/// Something that looks wrong.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FindingEntry {
+    /// What sort of thing: `outline-gap`, `unreachable`, `door-width`, `scale`, `short-wall`, `doubled-wall`, `letters`,
+    /// `several-drawings`.
+    pub kind: String,
+    /// Where, metres; absent where it is the whole plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_m: Option<[f64; 2]>,
+    /// Its numbers, by name and unit.
+    pub figures: BTreeMap<String, f64>,
+    /// It in words.
+    pub says: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// Stairs or a lift.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ConnectionEntry {
+    /// `stairs` or `lift`.
+    pub kind: String,
+    /// What people call it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Ordinals of the storeys that it joins, rising.
+    pub ordinals: Vec<i32>,
+    /// Its middle on the lowest of them, metres.
+    pub at_m: [f64; 2],
 }
 
 /// Cells by kind.
@@ -105,7 +249,7 @@ pub struct PairEntry {
 
 impl PlanInfo {
     /// What is on this plan.
-    pub fn new(plan: &FloorPlan, seed: Seed, inputs: Vec<InputEntry>, notes: Vec<String>) -> Self {
+    pub fn new(plan: &FloorPlan, building: BuildingEntry, seed: Seed, inputs: Vec<InputEntry>, notes: Vec<String>) -> Self {
         let (width, height) = plan.size_m();
         Self {
             schema: SCHEMA.to_owned(),
@@ -118,6 +262,7 @@ impl PlanInfo {
             inside_m2: plan.inside_area_m2(),
             cells: counts(plan),
             doors: doors(plan),
+            building,
             ambiguity: None,
             inputs,
             notes,
@@ -228,7 +373,7 @@ mod tests {
             })
         });
         let plan = FloorPlan::new(Pt2::new(1.0, 2.0), 0.5, 5, 4, cells.collect()).unwrap();
-        let info = PlanInfo::new(&plan, Seed(0), vec![], vec![]);
+        let info = PlanInfo::new(&plan, BuildingEntry::default(), Seed(0), vec![], vec![]);
         assert_eq!((info.doors, info.cells.door, info.cells.free), (2, 3, 2));
         assert_eq!(info.cells.wall, 15);
         assert_eq!(serde_json::from_str::<PlanInfo>(&info.to_json()).unwrap(), info);

@@ -104,19 +104,6 @@ impl Element {
     }
 }
 
-/// Something written on a drawing: a room's name or number, its area, a title.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lettering {
-    /// Left end of its base line.
-    pub at: Pt2<Plan>,
-    /// Height of a capital letter, metres; 0 where unknown.
-    pub height_m: f64,
-    /// The words; lines are separated by line feeds.
-    pub text: String,
-    /// Where it comes from, as of [`Element::source`].
-    pub source: Option<String>,
-}
-
 /// One storey.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Level {
@@ -126,8 +113,6 @@ pub struct Level {
     pub name: String,
     /// What is drawn on it, in the source's order.
     pub elements: Vec<Element>,
-    /// What is written on its drawing, in the source's order; a plan file does not keep it.
-    pub texts: Vec<Lettering>,
 }
 
 /// Where on the globe a building is.
@@ -153,6 +138,6 @@ pub struct Building {
 impl Building {
     /// A building of one storey.
     pub fn of_one_level(elements: Vec<Element>) -> Self {
-        Self { levels: vec![Level { ordinal: 0, name: "0".to_owned(), elements, texts: Vec::new() }], georeference: None }
+        Self { levels: vec![Level { ordinal: 0, name: "0".to_owned(), elements }], georeference: None }
     }
 }

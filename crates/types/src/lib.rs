@@ -25,7 +25,7 @@ pub mod sightings;
 pub mod space;
 pub mod time;
 
-pub use building::{Building, Element, ElementKind, Form, Georeference, Lettering, Level};
+pub use building::{Building, Element, ElementKind, Form, Georeference, Level};
 pub use camera::{Camera, CameraError, Distortion, IntrinsicsSource};
 pub use frame::{GrayImage, VideoFrame};
 pub use motion::{CameraPose, TrackingState};

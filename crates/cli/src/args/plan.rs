@@ -18,11 +18,15 @@ pub struct PlanCommandArgs {
 /// What can be done with a plan.
 #[derive(Debug, Subcommand)]
 pub enum PlanCommand {
-    /// Says what is on a plan: size, floor, walls, doors; and where it would fool anyone
+    /// Says what is on a plan: storeys, rooms, doors, stairs; what on it looks wrong; and where it would fool anyone
     #[command(after_help = "Examples:
   planwalk plan info floor2.png --metres-per-pixel 0.02
   planwalk plan info scan.jpg --measure 100,200,400,200=6m --json
   planwalk plan info map.yaml --ambiguity -o out
+
+Everything that looks wrong is listed at once, with its place, its size and what to do: gaps in the outline, floor that nobody gets to,
+doors and a scale of no usual size, letters taken for walls, walls drawn twice. plan render marks the same numbers. Where rooms are not
+drawn they are found between the walls.
 
 --ambiguity walks 32 m from places all over the floor and compares what a camera would see of the walls with every other place, at
 scales from ×0.7 to ×1.3. It writes ambiguity.png: how far one must walk to know where one is, and the pairs that are confused longest.
@@ -47,7 +51,7 @@ Examples:
 
 GeoJSON is in degrees (RFC 7946) where the plan says where on the globe it is, unless --metres is given.")]
     Export(PlanExportArgs),
-    /// Draws what was taken for what, in colours: .png or .svg
+    /// Draws what was taken for what: rooms in colours with names, numbered findings, a legend, a scale bar; .png or .svg
     #[command(after_help = "Example:
   planwalk plan render office.dxf -o office.png")]
     Render(PlanFileArgs),

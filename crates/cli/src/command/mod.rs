@@ -6,6 +6,7 @@ pub mod eval;
 pub mod locate;
 pub mod place;
 pub mod plan;
+mod plan_audit;
 mod plan_file;
 pub mod sim;
 pub mod track;

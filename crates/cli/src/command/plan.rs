@@ -5,7 +5,7 @@ use planwalk::locate::{AmbiguityOptions, ambiguity};
 use planwalk::plan_info::{AmbiguityEntry, PlanInfo, words};
 use planwalk::types::FloorPlan;
 
-use super::{name_of, plan_file};
+use super::{name_of, plan_audit, plan_file};
 use crate::args::{PlanCommand, PlanCommandArgs, PlanInfoArgs};
 use crate::failure::Failure;
 use crate::inputs;
@@ -29,12 +29,17 @@ fn info(args: &PlanInfoArgs) -> Result<(), Failure> {
         // Built once a process; a second build can only fail in tests that call commands in one process.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
-    let read = inputs::plan_at(&args.plan, &args.reading)?;
+    let refuse = |why| Failure::input("the plan", why, &args.plan);
+    let (read, mut document) = planwalk_io::plan::survey(&args.plan, &args.reading.options()).map_err(refuse)?;
     read.notes.iter().for_each(|note| voice.say(&format!("note: {note}")));
-    let mut info = PlanInfo::new(&read.value, args.seed(), vec![inputs::entry("plan", &args.plan)?], read.notes);
+    let audits = planwalk_io::plan::complete(&mut document);
+    let storey = planwalk_io::plan::level(&document.building, &args.reading.options(), &mut Vec::new()).map_err(refuse)?.name.clone();
+    let building = plan_audit::entry(&document, &audits, storey);
+    let mut info = PlanInfo::new(&read.plan, building, args.seed(), vec![inputs::entry("plan", &args.plan)?], read.notes);
     voice.say(&basics(&info));
+    plan_audit::describe(&info.building).iter().for_each(|line| voice.say(line));
     if args.ambiguity {
-        find_ambiguity(args, &read.value, voice, output.as_ref(), &mut info)?;
+        find_ambiguity(args, &read.plan, voice, output.as_ref(), &mut info)?;
     }
     let json = info.to_json();
     if let Some(output) = &output {

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use planwalk::figure::png_within;
+use planwalk::figure::{lettered, png_within};
 use planwalk::types::{Building, ElementKind, Level};
+use planwalk_io::plan::audit::{self, Audit};
 use planwalk_io::plan::native::{self, PlanDocument};
 use planwalk_io::plan::{self, export};
 
-use super::name_of;
+use super::{name_of, plan_audit};
 use crate::args::{PlanExportArgs, PlanFileArgs};
 use crate::failure::Failure;
 use crate::inputs;
@@ -29,8 +30,17 @@ pub fn import(args: &PlanFileArgs) -> Result<(), Failure> {
         )));
     }
     let target = Target::of(args)?;
-    let document = open(args, voice)?;
-    tell(&document.building, voice);
+    let mut document = open(args, voice)?;
+    let audits = plan::complete(&mut document);
+    tell(&document.building.levels, voice);
+    let notes = plan_audit::notes(&document, &audits);
+    for note in notes {
+        voice.say(&note);
+        // A plan that was kept before has them already.
+        if !document.notes.contains(&note) {
+            document.notes.push(note);
+        }
+    }
     target.write(native::write(&document))
 }
 
@@ -46,11 +56,12 @@ pub fn export(args: &PlanExportArgs) -> Result<(), Failure> {
     if ![".svg", ".geojson", ".csv", ".plan.json"].into_iter().any(has) {
         return Err(Failure::usage(format!("the file's ending says the format: {ENDINGS}\n  {}", file.output.display())));
     }
-    let document = open(file, voice)?;
+    let mut document = open(file, voice)?;
     if has(".plan.json") {
+        plan::complete(&mut document);
         return target.write(native::write(&document));
     }
-    let level = storey(&document.building, file, voice)?;
+    let level = &audit::as_drawn(storey(&document.building, file, voice)?);
     match document.building.georeference.filter(|_| !args.metres) {
         _ if has(".svg") => target.write(export::svg(level)),
         _ if has(".csv") => target.write(export::csv(level)),
@@ -71,12 +82,20 @@ pub fn render(args: &PlanFileArgs) -> Result<(), Failure> {
     }
     let target = Target::of(args)?;
     let document = open(args, voice)?;
-    tell(&document.building, voice);
-    let svg = export::svg(storey(&document.building, args, voice)?);
+    let mut level = storey(&document.building, args, voice)?.clone();
+    let audit = Audit::of(&level).unwrap_or_else(|why| {
+        voice.say(&format!("note: rooms are not looked for, nor mistakes: {why}"));
+        Audit::default()
+    });
+    audit.complete(&mut level);
+    tell(std::slice::from_ref(&level), voice);
+    plan_audit::findings(&audit).iter().for_each(|line| voice.say(line));
+    let title = format!("{}, storey {}", name_of(&args.plan), level.name);
+    let svg = export::picture(&level, &audit, &title);
     if name.ends_with(".svg") {
         return target.write(svg);
     }
-    target.write(png_within(&svg, PICTURE_PX).map_err(|why| Failure::output(why, &args.output))?)
+    target.write(png_within(&lettered(&svg), PICTURE_PX).map_err(|why| Failure::output(why, &args.output))?)
 }
 
 /// A map.yaml, and its picture beside it.
@@ -109,8 +128,8 @@ fn storey<'a>(building: &'a Building, args: &PlanFileArgs, voice: Voice) -> Resu
 }
 
 /// What there is, a line a storey.
-fn tell(building: &Building, voice: Voice) {
-    for level in &building.levels {
+fn tell(levels: &[Level], voice: Voice) {
+    for level in levels {
         let count = |kind: ElementKind| level.elements.iter().filter(|element| element.kind == kind).count();
         let counts: Vec<String> = ElementKind::ALL
             .iter()

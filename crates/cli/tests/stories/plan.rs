@@ -17,7 +17,7 @@ fn plan_info_tells_size_floor_and_walls_and_writes_nothing_unasked() {
     let output = planwalk().args(["plan", "info", "--json"]).arg(&plan).current_dir(dir.path()).output().unwrap();
     assert!(output.status.success());
     let info: PlanInfo = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((info.schema.as_str(), info.size_cells, info.doors), ("planwalk-plan-info/1", [120, 80], 0));
+    assert_eq!((info.schema.as_str(), info.size_cells, info.doors), ("planwalk-plan-info/2", [120, 80], 0));
     // 10 m × 6 m within walls of one cell.
     // The walls' outer faces count as inside within a coarse cell of 25 cm.
     assert!((info.inside_m2 - 58.4).abs() < 4.0, "{}", info.inside_m2);
@@ -105,6 +105,13 @@ fn a_plan_is_kept_handed_on_and_read_again_from_each_of_its_formats() {
     let straight = info(&list);
     assert_eq!(straight.doors, 1);
     assert_eq!(info(&kept).cells, straight.cells);
+    // Two rooms are found, and a door joins them.
+    let storey = &straight.building.storeys[0];
+    assert_eq!((storey.rooms.len(), storey.passages.len(), storey.findings.len()), (2, 1, 0), "{storey:?}");
+    assert!(storey.rooms.iter().all(|room| room.found && (room.area_m2 - 20.6).abs() < 1.0), "{:?}", storey.rooms);
+    assert_eq!((&storey.rooms[0].leads_to[..], &storey.rooms[1].leads_to[..]), (&[1][..], &[0][..]));
+    assert!(storey.passages[0].door && (storey.passages[0].width_m - 0.91).abs() < 0.11, "{:?}", storey.passages);
+    assert!(straight.building.scale_from.is_some() && fs::read_to_string(&kept).unwrap().matches("found between the walls").count() >= 2);
     for name in ["a.geojson", "a.csv", "a.yaml", "a.svg"] {
         let written = dir.path().join(name);
         planwalk().args(["plan", "export", "--quiet"]).arg(&kept).arg("-o").arg(&written).assert().success();
@@ -118,6 +125,29 @@ fn a_plan_is_kept_handed_on_and_read_again_from_each_of_its_formats() {
     planwalk().args(["plan", "render", "--quiet"]).arg(&kept).arg("-o").arg(&picture).assert().success();
     assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
     assert!(failure(planwalk().args(["plan", "export"]).arg(&kept).args(["-o", "x.dwg"]), 2).contains(".geojson"));
+}
+
+#[test]
+fn what_looks_wrong_is_told_at_once_with_place_size_and_remedy() {
+    let dir = folder();
+    let list = dir.path().join("flat.csv");
+    // A wall twice, a door of 0.3 m, and nothing that leads into the right room.
+    let broken = "x0,y0,x1,y1,kind\n0,0,9,0,wall\n9,0,9,5,wall\n9,5,0,5,wall\n0,5,0,0,wall\n5,0,5,5,wall\n5,5,5,3,wall\n1,0,1.3,0,door\n";
+    fs::write(&list, broken).unwrap();
+    let output = planwalk().args(["plan", "info", "--json"]).arg(&list).output().unwrap();
+    assert!(output.status.success());
+    let info: PlanInfo = serde_json::from_slice(&output.stdout).unwrap();
+    let findings = &info.building.storeys[0].findings;
+    let kinds: Vec<&str> = findings.iter().map(|f| f.kind.as_str()).collect();
+    assert_eq!(kinds, ["unreachable", "door-width", "doubled-wall"], "{findings:?}");
+    assert!(findings.iter().all(|f| f.at_m.is_some() && !f.figures.is_empty() && !f.remedy.is_empty()));
+    assert!((findings[1].figures["width_m"] - 0.3).abs() < 1e-9 && (findings[2].figures["length_m"] - 2.0).abs() < 1e-9);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("finding 3 (doubled-wall) at (5.00, 4.00) m a wall is drawn twice over 2.00 m: remove one"), "{said}");
+    let picture = dir.path().join("flat.svg");
+    planwalk().args(["plan", "render", "--quiet"]).arg(&list).arg("-o").arg(&picture).assert().success();
+    let picture = fs::read_to_string(&picture).unwrap();
+    assert!(picture.contains(">3 findings</text>") && picture.contains(">2 rooms (pale colours)</text>"), "{picture}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ impl Pixels {
     /// Cells of whole blocks of pixels, at least [`FINEST_M`] wide, counted from the bottom-left corner.
     ///
     /// A block with any wall is wall, else with anything free is free: thin walls stay closed.
-    pub fn coarsen(self, metres_per_pixel: f64, notes: &mut Vec<String>) -> Cells {
+    pub fn coarsen(&self, metres_per_pixel: f64, notes: &mut Vec<String>) -> Cells {
         // A pixel of 0.049999 m is 5 cm: a hair of tolerance keeps it from being doubled.
         let block = (FINEST_M / metres_per_pixel - 0.01).ceil().clamp(1.0, 1e9) as usize;
         let cell_m = block as f64 * metres_per_pixel;

@@ -9,6 +9,7 @@
 //! shapes' own metres. Doors and windows are known to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
+pub mod audit;
 mod bounds;
 mod cells;
 mod drafter;
@@ -41,9 +42,10 @@ use planwalk_types::{Building, FloorPlan, Level, PlanError, Pt2};
 
 use crate::raster::RasterError;
 
+use audit::Audit;
 pub use export::{ros_map_image, ros_map_yaml};
 pub use measure::{Measure, MeasureError};
-use native::PlanDocument;
+use native::{PlanDocument, Source};
 use open::Opened;
 
 /// Options of [`read`].
@@ -347,15 +349,32 @@ pub enum PlanFileError {
 /// [`PlanFileError`], with the remedy.
 pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileError> {
     let mut notes = Vec::new();
-    let plan = match open::open(path, options, &mut notes)?.0 {
-        Opened::Map(plan) => plan,
+    let plan = cells(&open::open(path, options, &mut notes)?.0, options, &mut notes)?;
+    Ok(PlanFile { plan, notes })
+}
+
+/// Reads a plan as [`read`] does and as [`import`] does, at once.
+///
+/// # Errors
+/// As [`read`].
+pub fn survey(path: &Path, options: &PlanOptions) -> Result<(PlanFile, PlanDocument), PlanFileError> {
+    let mut notes = Vec::new();
+    let (opened, source) = open::open(path, options, &mut notes)?;
+    let mut shape_notes = notes.clone();
+    let plan = cells(&opened, options, &mut notes)?;
+    let document = document(opened, source, options, &mut shape_notes)?;
+    Ok((PlanFile { plan, notes }, PlanDocument { notes: shape_notes, ..document }))
+}
+
+fn cells(opened: &Opened, options: &PlanOptions, notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
+    Ok(match opened {
+        Opened::Map(plan) => plan.clone(),
         Opened::Picture { pixels, metres_per_pixel } => {
-            let cells = pixels.coarsen(metres_per_pixel, &mut notes);
+            let cells = pixels.coarsen(*metres_per_pixel, notes);
             FloorPlan::new(Pt2::new(0.0, 0.0), cells.cell_m, cells.width, cells.height, cells.cells)?
         }
-        Opened::Drawn(building) => storey(&building, options, &mut notes)?,
-    };
-    Ok(PlanFile { plan, notes })
+        Opened::Drawn(building) => storey(building, options, notes)?,
+    })
 }
 
 /// Reads all storeys of a plan of any format as shapes, or that of [`PlanOptions::level`], to be kept ([`native::write`]) or handed on ([`export`]).
@@ -365,11 +384,31 @@ pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileErro
 pub fn import(path: &Path, options: &PlanOptions) -> Result<PlanDocument, PlanFileError> {
     let mut notes = Vec::new();
     let (opened, source) = open::open(path, options, &mut notes)?;
-    let mut building = open::building(opened, &mut notes)?;
+    let document = document(opened, source, options, &mut notes)?;
+    Ok(PlanDocument { notes, ..document })
+}
+
+fn document(opened: Opened, source: Source, options: &PlanOptions, notes: &mut Vec<String>) -> Result<PlanDocument, PlanFileError> {
+    let mut building = open::building(opened, notes)?;
     if options.level.is_some() {
-        building.levels = vec![storeys::choose(&building, options.level.as_deref(), &mut notes)?.clone()];
+        building.levels = vec![storeys::choose(&building, options.level.as_deref(), notes)?.clone()];
     }
-    Ok(PlanDocument { building, source, notes })
+    Ok(PlanDocument { building, source, notes: Vec::new() })
+}
+
+/// Adds the rooms that are found between the walls of each storey, and names from the texts in them; gives what was found on each
+/// storey, in their order. A storey that cannot be looked at (empty, all wall, or too intricate) stays as it is, with a note.
+pub fn complete(document: &mut PlanDocument) -> Vec<Audit> {
+    let PlanDocument { building, notes, .. } = document;
+    let look = |level: &mut Level| {
+        let audit = Audit::of(level).unwrap_or_else(|why| {
+            notes.push(format!("storey {}: rooms are not looked for, nor mistakes: {why}", level.name));
+            Audit::default()
+        });
+        audit.complete(level);
+        audit
+    };
+    building.levels.iter_mut().map(look).collect()
 }
 
 /// The storey that is meant: the one that is asked for, or the ground floor; with a note for people where there are others.

@@ -265,7 +265,7 @@ impl Storey {
             let refuse = |why| PlanFileError::BadElement { level: text::short(&name), element: i, why };
             elements.push(record.element().map_err(refuse)?);
         }
-        Ok(Level { ordinal: self.ordinal, name, elements, texts: Vec::new() })
+        Ok(Level { ordinal: self.ordinal, name, elements })
     }
 }
 
@@ -333,7 +333,6 @@ mod tests {
             ordinal: 2,
             name: "2".to_owned(),
             elements: vec![Element::new(ElementKind::Wall, Form::Line(vec![Pt2::new(0.0, 0.0), Pt2::new(4.0, 0.0)]))],
-            texts: Vec::new(),
         };
         assert_eq!(read.building.levels, [level]);
     }
@@ -470,7 +469,7 @@ mod tests {
     fn documents() -> impl Strategy<Value = PlanDocument> {
         let level = ("\\PC{0,12}", prop::collection::vec(element(), 0..6));
         let levels = prop::collection::vec(level, 0..4).prop_map(|levels| {
-            let level = |(ordinal, (name, elements))| Level { ordinal, name, elements, texts: Vec::new() };
+            let level = |(ordinal, (name, elements))| Level { ordinal, name, elements };
             (-1..).zip(levels).map(level).collect::<Vec<_>>()
         });
         let place = (-180.0..180.0, -85.0..85.0, -TAU..TAU).prop_map(|(longitude_deg, latitude_deg, bearing_rad)| Georeference {

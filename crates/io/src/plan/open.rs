@@ -6,14 +6,16 @@ use std::io::Read;
 use std::path::Path;
 
 use image::DynamicImage;
-use planwalk_types::{Building, FloorPlan, Lettering, Pt2};
+use planwalk_types::{Building, FloorPlan, Pt2};
 
 use super::cells::Pixels;
 use super::native::Source;
 use super::pdf::PdfPage;
 use super::scale::Scale;
-use super::sketch::{Sketch, SketchText};
-use super::{PlanFileError, PlanOptions, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list};
+use super::sketch::Sketch;
+use super::{
+    PlanFileError, PlanOptions, audit, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list,
+};
 use crate::raster::{self, SizeLimit};
 use crate::text;
 
@@ -163,28 +165,14 @@ fn of_picture(picture: DynamicImage, metres_per_pixel: f64, notes: &mut Vec<Stri
 
 fn of_sketch(format: &str, sketch: &Sketch, scale: Scale, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
     notes.extend(sketch.notes.iter().cloned());
-    let elements = match sketch.exported_from {
+    let mut elements = match sketch.exported_from {
         Some(origin) if scale.is_files => interpret::exported(sketch, scale.metres, origin),
         _ => interpret::elements(sketch, scale.metres, notes)?,
     };
-    let mut building = Building::of_one_level(elements);
-    for level in &mut building.levels {
-        level.texts = letterings(sketch, scale);
+    if sketch.exported_from.is_none() {
+        elements.extend(audit::labels(sketch, scale.metres));
     }
-    Ok((Opened::Drawn(building), source(format, Some(scale.metres), scale.from)))
-}
-
-/// What is written on a drawing, in metres.
-fn letterings(sketch: &Sketch, Scale { metres, is_files, .. }: Scale) -> Vec<Lettering> {
-    // What this program exported is moved back to where it was.
-    let origin = sketch.exported_from.filter(|_| is_files).unwrap_or_default();
-    let lettering = |text: &SketchText| Lettering {
-        at: Pt2::new(origin[0] + metres * text.at[0], origin[1] + metres * text.at[1]),
-        height_m: metres * text.height,
-        text: text.text.clone(),
-        source: Some(text.layer.clone()).filter(|layer| !layer.is_empty()),
-    };
-    sketch.texts.iter().map(lettering).collect()
+    Ok((Opened::Drawn(Building::of_one_level(elements)), source(format, Some(scale.metres), scale.from)))
 }
 
 fn of_pdf(path: &Path, options: &PlanOptions, stated: Option<f64>, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {

@@ -70,7 +70,7 @@ fn stacked(storeys: BTreeMap<Level, Vec<Element>>, names: &BTreeMap<Level, Strin
     let name = |level: Level| names.get(&level).cloned().unwrap_or_else(|| level.name());
     let levels = storeys.into_iter().zip(ordinals);
     let levels =
-        levels.map(|((level, elements), ordinal)| planwalk_types::Level { ordinal, name: name(level), elements, texts: Vec::new() });
+        levels.map(|((level, elements), ordinal)| planwalk_types::Level { ordinal, name: name(level), elements });
     Building { levels: levels.collect(), georeference: None }
 }
 

@@ -43,7 +43,7 @@ pub(super) fn sort(elements: Vec<(Option<String>, Element)>, said: &BTreeMap<Str
     let level = |(at, (number, key)): (usize, (f64, String))| {
         let ordinal = if whole { number as i32 } else { at as i32 - ground };
         let elements = by_key.remove(&key).unwrap_or_default().into_iter().chain(everywhere.iter().cloned()).collect();
-        Level { ordinal, name: said.get(&key).and_then(|s| s.name.clone()).unwrap_or(key), elements, texts: Vec::new() }
+        Level { ordinal, name: said.get(&key).and_then(|s| s.name.clone()).unwrap_or(key), elements }
     };
     keys.into_iter().enumerate().map(level).collect()
 }
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn one_asks_by_name_or_number_and_gets_the_ground_floor_else() {
-        let level = |ordinal: i32, name: &str| Level { ordinal, name: name.to_owned(), elements: Vec::new(), texts: Vec::new() };
+        let level = |ordinal: i32, name: &str| Level { ordinal, name: name.to_owned(), elements: Vec::new() };
         let building = Building { levels: vec![level(-1, "Cellar"), level(0, "EG"), level(1, "OG")], georeference: None };
         let mut notes = Vec::new();
         assert_eq!(choose(&building, None, &mut notes).unwrap().name, "EG");

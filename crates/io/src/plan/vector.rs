@@ -7,7 +7,7 @@
 
 use planwalk_types::{Cell, Element, ElementKind, FloorPlan, Form, Plan, PlanError, Pt2};
 
-use super::PlanFileError;
+use super::{PlanFileError, audit};
 
 /// Smallest side of a cell, as in [`super::cells`].
 const FINEST_M: f64 = 0.05;
@@ -34,7 +34,8 @@ type Point = [f64; 2];
 
 /// Draws one storey.
 pub(super) fn draw(elements: &[Element], notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
-    let mut elements: Vec<&Element> = elements.iter().collect();
+    // A room that is only a name, or that was found between walls, is no ground that somebody drew.
+    let mut elements: Vec<&Element> = elements.iter().filter(|e| !audit::is_remark(e)).collect();
     let count = |kind: ElementKind| elements.iter().filter(|e| e.kind == kind).count();
     let [walls, windows, doors] = [ElementKind::Wall, ElementKind::Window, ElementKind::Door].map(count);
     let floors = elements.iter().filter(|e| e.kind.is_ground()).count();

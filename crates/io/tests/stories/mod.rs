@@ -2,6 +2,7 @@
 
 mod import;
 mod plan;
+mod rooms;
 mod sightings;
 mod trajectory;
 mod video;

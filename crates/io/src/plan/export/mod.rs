@@ -5,6 +5,7 @@
 //! | [`svg`] | SVG, 1 unit = 1 mm | browsers, Inkscape, CAD |
 //! | [`geojson`] | GeoJSON in metres | this program, scripts |
 //! | [`geojson_on_globe`] | GeoJSON (RFC 7946), degrees | map programs |
+//! | [`picture`] | SVG with rooms in colours, findings, a legend | people |
 //! | [`csv`] | `x0,y0,x1,y1,kind` | this program, spreadsheets, scripts |
 //! | [`ros_map_image`], [`ros_map_yaml`] | PGM, `map.yaml` | robots |
 //!
@@ -13,6 +14,7 @@
 
 mod csv;
 mod geojson;
+mod picture;
 mod ros;
 mod svg;
 
@@ -22,6 +24,7 @@ use super::notation;
 pub use super::projection::NoPlace;
 pub use csv::csv;
 pub use geojson::{geojson, geojson_on_globe};
+pub use picture::picture;
 pub use ros::{ros_map_image, ros_map_yaml};
 pub use svg::svg;
 
@@ -80,7 +83,7 @@ mod tests {
             named(ElementKind::Room, "Küche <1> & \"2\"", Form::Area(vec![ring(0.0, 0.0, 5.0, 4.0)])),
             named(ElementKind::Room, "3", Form::Area(vec![ring(5.0, 0.0, 8.0, 4.0)])),
         ];
-        Level { ordinal: 1, name: "first floor".to_owned(), elements, texts: Vec::new() }
+        Level { ordinal: 1, name: "first floor".to_owned(), elements }
     }
 
     /// What the crate's reader makes of a file with this text.

@@ -49,7 +49,7 @@ const MM_DECIMALS: usize = 1;
 /// Letters of names, mm: as large as fits, but not over or under this.
 const LETTERS_MM: (f64, f64) = (60.0, 300.0);
 /// A letter is this wide at most, in letter heights, in common faces.
-const LETTER_WIDTH: f64 = 0.65;
+pub(super) const LETTER_WIDTH: f64 = 0.65;
 /// Lines across a room on which a place for its name is looked for.
 const LABEL_ROWS: u32 = 7;
 
@@ -78,15 +78,15 @@ pub fn svg(level: &Level) -> String {
 }
 
 /// Where the drawing lies on its paper.
-struct Sheet {
+pub(super) struct Sheet {
     /// What is taken from the plan's coordinates, metres.
     moved: [f64; 2],
     /// Left, lower, right and upper edge, metres, moved.
-    edges: [f64; 4],
+    pub(super) edges: [f64; 4],
 }
 
 impl Sheet {
-    fn around(level: &Level) -> Self {
+    pub(super) fn around(level: &Level) -> Self {
         let points = || super::elements(level).flat_map(|e| e.form.points());
         let low = points().fold([f64::INFINITY; 2], |l, p| [l[0].min(p.x), l[1].min(p.y)]);
         let high = points().fold([f64::NEG_INFINITY; 2], |h, p| [h[0].max(p.x), h[1].max(p.y)]);
@@ -100,7 +100,7 @@ impl Sheet {
     }
 
     /// In millimetres, y down.
-    fn place(&self, point: Pt2<Plan>) -> [f64; 2] {
+    pub(super) fn place(&self, point: Pt2<Plan>) -> [f64; 2] {
         [1e3 * (point.x - self.moved[0]), -1e3 * (point.y - self.moved[1])]
     }
 
@@ -152,7 +152,7 @@ impl Sheet {
         Some(out)
     }
 
-    fn push_chain(&self, out: &mut String, chain: &[Pt2<Plan>], closed: bool) {
+    pub(super) fn push_chain(&self, out: &mut String, chain: &[Pt2<Plan>], closed: bool) {
         for (i, point) in chain.iter().enumerate() {
             let [x, y] = self.place(*point);
             out.push(if i == 0 { 'M' } else { 'L' });
@@ -188,7 +188,7 @@ impl Sheet {
 }
 
 /// Where a name goes, and how wide it may be, metres: the widest of some lines across an area; the middle one of equals.
-fn label_place(form: &Form) -> Option<(Pt2<Plan>, f64)> {
+pub(super) fn label_place(form: &Form) -> Option<(Pt2<Plan>, f64)> {
     let rings = match form {
         Form::Area(rings) => super::rings(rings)?,
         Form::Line(_) => return None,
@@ -228,7 +228,7 @@ fn spans(rings: &[Vec<Pt2<Plan>>], y: f64) -> Vec<[f64; 2]> {
 }
 
 /// A text as XML has it; what XML has no way to write becomes U+FFFD.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
