@@ -89,7 +89,7 @@ fn robots_map(args: &PlanFileArgs, voice: Voice, target: &Target<'_>) -> Result<
     target.write(export::ros_map_yaml(&read.value, &image))
 }
 
-fn open(args: &PlanFileArgs, voice: Voice) -> Result<PlanDocument, Failure> {
+pub(super) fn open(args: &PlanFileArgs, voice: Voice) -> Result<PlanDocument, Failure> {
     let mut document = plan::import(&args.plan, &args.reading.options()).map_err(|why| Failure::input("the plan", why, &args.plan))?;
     document.notes.iter().for_each(|note| voice.say(&format!("note: {note}")));
     // A plan that was kept before goes on telling where it came from.
@@ -122,14 +122,14 @@ fn tell(building: &Building, voice: Voice) {
 }
 
 /// The file that is written.
-struct Target<'a> {
+pub(super) struct Target<'a> {
     output: Output,
     name: &'a str,
 }
 
 impl<'a> Target<'a> {
     /// Refuses a file that is there, unless it may be overwritten.
-    fn of(args: &'a PlanFileArgs) -> Result<Self, Failure> {
+    pub(super) fn of(args: &'a PlanFileArgs) -> Result<Self, Failure> {
         let path = &args.output;
         if path.exists() && !args.force {
             return Err(Failure::usage(format!(
@@ -142,7 +142,7 @@ impl<'a> Target<'a> {
         Ok(Self { output: Output::beside(folder)?, name })
     }
 
-    fn write(&self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    pub(super) fn write(&self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
         self.output.write(self.name, content)
     }
 }

@@ -746,6 +746,13 @@ mod tests {
     }
 
     #[test]
+    fn more_entities_than_any_floor_has_are_refused() {
+        let crowd = file("", "", "", &"0 POINT ".repeat(OBJECTS_LIMIT + 1));
+        let refused = read(crowd.as_bytes());
+        assert!(matches!(refused, Err(PlanFileError::DrawingTooLarge { .. })), "{:?}", refused.map(|sketch| sketch.notes));
+    }
+
+    #[test]
     fn what_is_not_shown_is_left_out() {
         let tables = "0 TABLE 2 LAYER 0 LAYER 2 OFF 62 -3 70 0 0 LAYER 2 ICE 62 3 70 1 0 ENDTAB";
         let hidden = format!("{LINE} 0 LINE 8 off 10 1 11 2 0 LINE 8 ICE 10 1 11 2 0 LINE 60 1 10 1 11 2 0 LINE 67 1 10 1 11 2");

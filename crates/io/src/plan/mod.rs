@@ -14,10 +14,12 @@ mod drawing;
 mod dxf;
 pub mod export;
 mod geojson;
+pub mod georeference;
 mod imdf;
 mod interpret;
 mod kind;
 mod measure;
+mod mercator;
 pub mod native;
 mod notation;
 mod open;
@@ -26,6 +28,7 @@ mod outline;
 mod pdf;
 mod pen;
 mod projection;
+mod provenance;
 mod ros;
 mod sketch;
 mod storeys;
@@ -43,6 +46,7 @@ pub use export::{ros_map_image, ros_map_yaml};
 pub use measure::{Measure, MeasureError};
 use native::PlanDocument;
 use open::Opened;
+pub use provenance::provenance;
 
 /// Options of [`read`].
 #[derive(Debug, Clone, Default)]
@@ -134,14 +138,16 @@ pub enum PlanFileError {
     },
     /// A site that is no floor, or a point far off.
     #[error(
-        "the shapes span {width_m:.0} m × {height_m:.0} m, over the 3 square kilometres that a floor may have: is a point astray \
-         (the farthest is {x}, {y}), or are the coordinates not in metres?"
+        "the shapes span {width_m:.0} m × {height_m:.0} m, over the {limit_km2:.0} square kilometres that a floor (3) or a map of roads (51) may \
+         have: is a point astray (the farthest is {x}, {y}), or are the coordinates not in metres?"
     )]
     TooWide {
         /// From the leftmost to the rightmost point.
         width_m: f64,
         /// From the lowest to the highest.
         height_m: f64,
+        /// Most that there may be, square kilometres.
+        limit_km2: f64,
         /// The point farthest from the origin.
         x: f64,
         /// Its other coordinate.
@@ -352,6 +358,10 @@ pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileErro
             FloorPlan::new(Pt2::new(0.0, 0.0), cells.cell_m, cells.width, cells.height, cells.cells)?
         }
         Opened::Drawn(building) => storey(&building, options, &mut notes)?,
+        Opened::Kept(document) => {
+            notes.extend(document.building.georeference.as_ref().map(georeference::words));
+            storey(&document.building, options, &mut notes)?
+        }
     };
     Ok(PlanFile { plan, notes })
 }
@@ -363,11 +373,12 @@ pub fn read(path: &Path, options: &PlanOptions) -> Result<PlanFile, PlanFileErro
 pub fn import(path: &Path, options: &PlanOptions) -> Result<PlanDocument, PlanFileError> {
     let mut notes = Vec::new();
     let (opened, source) = open::open(path, options, &mut notes)?;
+    let placed = if let Opened::Kept(document) = &opened { document.placed.clone() } else { None };
     let mut building = open::building(opened, &mut notes)?;
     if options.level.is_some() {
         building.levels = vec![storeys::choose(&building, options.level.as_deref(), &mut notes)?.clone()];
     }
-    Ok(PlanDocument { building, source, notes })
+    Ok(PlanDocument { building, source, placed, notes })
 }
 
 /// The storey that is meant: the one that is asked for, or the ground floor; with a note for people where there are others.

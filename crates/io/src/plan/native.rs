@@ -40,8 +40,32 @@ pub struct PlanDocument {
     pub building: Building,
     /// The file that it was made from.
     pub source: Source,
+    /// How its place on the globe is known, if somebody said it.
+    pub placed: Option<Placed>,
     /// What was decided on the way, for people.
     pub notes: Vec<String>,
+}
+
+/// How a plan's place on the globe is known; for people, as [`Building::georeference`] has the place itself.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placed {
+    /// Who says so: points, a world file, an anchor and a bearing, a grid.
+    pub from: String,
+    /// Points that are known on both, and how far the plan puts them from there.
+    pub points: Vec<PlacedPoint>,
+}
+
+/// A point that is known on the plan and on the globe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedPoint {
+    /// On the plan, metres.
+    pub plan: Pt2<Plan>,
+    /// On the globe, WGS 84.
+    pub longitude_deg: f64,
+    /// Likewise.
+    pub latitude_deg: f64,
+    /// Distance on the ground between there and where the plan puts it, metres.
+    pub off_m: f64,
 }
 
 /// The file that a plan was made from; all of it for people, none of it needed.
@@ -72,7 +96,7 @@ pub fn write(document: &PlanDocument) -> String {
     push_member(&mut out, "units", &quoted("m"));
     push_member(&mut out, "y", &quoted("up"));
     if let Some(georeference) = georeference {
-        push_member(&mut out, "georeference", &georeference_object(&georeference));
+        push_member(&mut out, "georeference", &georeference_object(&georeference, document.placed.as_ref()));
     }
     push_member(&mut out, "source", &source_object(&document.source));
     out.push_str("  \"notes\": ");
@@ -107,13 +131,43 @@ fn push_lines<T>(out: &mut String, indent: &str, items: impl IntoIterator<Item =
     out.push(']');
 }
 
-fn georeference_object(georeference: &Georeference) -> String {
+fn georeference_object(georeference: &Georeference, placed: Option<&Placed>) -> String {
     let angle = |value| Some(decimal(value, ANGLE_DECIMALS));
+    let anchor = georeference.anchor;
+    let placed = placed.filter(|placed| placed.points.iter().all(can_be_kept));
     notation::object([
         ("longitude_deg", angle(georeference.longitude_deg)),
         ("latitude_deg", angle(georeference.latitude_deg)),
         ("bearing_rad", angle(georeference.bearing_rad)),
+        ("anchor", (anchor != Pt2::new(0.0, 0.0)).then(|| position(anchor))),
+        ("scale", (georeference.scale != 1.0).then(|| decimal(georeference.scale, ANGLE_DECIMALS))),
+        ("from", placed.map(|placed| quoted(&placed.from))),
+        ("points", placed.filter(|placed| !placed.points.is_empty()).map(|placed| points_list(&placed.points))),
     ])
+}
+
+fn can_be_kept(point: &PlacedPoint) -> bool {
+    let numbers = [point.longitude_deg, point.latitude_deg, point.off_m];
+    notation::is_near(point.plan) && numbers.iter().all(|number| number.abs() <= notation::FARTHEST_M)
+}
+
+fn points_list(points: &[PlacedPoint]) -> String {
+    let mut out = String::new();
+    push_list(&mut out, points, |out, point| {
+        out.push_str(&notation::object([
+            ("plan", Some(position(point.plan))),
+            ("longitude_deg", Some(decimal(point.longitude_deg, ANGLE_DECIMALS))),
+            ("latitude_deg", Some(decimal(point.latitude_deg, ANGLE_DECIMALS))),
+            ("off_m", Some(decimal(point.off_m, METRE_DECIMALS))),
+        ]));
+    });
+    out
+}
+
+fn position(at: Pt2<Plan>) -> String {
+    let mut out = String::new();
+    notation::push_position(&mut out, [at.x, at.y], METRE_DECIMALS);
+    out
 }
 
 fn source_object(source: &Source) -> String {
@@ -155,6 +209,7 @@ fn push_element(out: &mut String, element: &Element) {
         ("kind", Some(quoted(element.kind.word()))),
         ("name", element.name.as_deref().map(quoted)),
         ("source", element.source.as_deref().map(quoted)),
+        ("joins", (!element.joins.is_empty()).then(|| format!("{:?}", element.joins))),
         (key, Some(form)),
     ]));
 }
@@ -198,6 +253,18 @@ struct Place {
     longitude_deg: f64,
     latitude_deg: f64,
     bearing_rad: Option<f64>,
+    anchor: Option<[f64; 2]>,
+    scale: Option<f64>,
+    from: Option<String>,
+    points: Option<Vec<PointRecord>>,
+}
+
+#[derive(Deserialize)]
+struct PointRecord {
+    plan: [f64; 2],
+    longitude_deg: f64,
+    latitude_deg: f64,
+    off_m: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -212,6 +279,7 @@ struct Record {
     kind: String,
     name: Option<String>,
     source: Option<String>,
+    joins: Option<Vec<i32>>,
     area: Option<Vec<Vec<[f64; 2]>>>,
     line: Option<Vec<[f64; 2]>>,
     spot: Option<[f64; 2]>,
@@ -236,12 +304,15 @@ pub(super) fn read(text: &str) -> Result<PlanDocument, PlanFileError> {
             return Err(refused(format!("\"{key}\" is \"{}\", and can only be \"{meant}\"", text::short(value))));
         }
     }
-    let georeference = body.georeference.map(Place::georeference).transpose()?;
+    let (georeference, placed) = match body.georeference {
+        Some(place) => (Some(place.georeference()?), place.placed()),
+        None => (None, None),
+    };
     let mut levels = body.levels.into_iter().map(Storey::level).collect::<Result<Vec<_>, _>>()?;
     // Stable: storeys of one ordinal stay in the file's order.
     levels.sort_by_key(|level| level.ordinal);
     let building = Building { levels, georeference };
-    Ok(PlanDocument { building, source: body.source.unwrap_or_default(), notes: body.notes.unwrap_or_default() })
+    Ok(PlanDocument { building, placed, source: body.source.unwrap_or_default(), notes: body.notes.unwrap_or_default() })
 }
 
 fn refused(why: String) -> PlanFileError {
@@ -249,11 +320,29 @@ fn refused(why: String) -> PlanFileError {
 }
 
 impl Place {
-    fn georeference(self) -> Result<Georeference, PlanFileError> {
-        let Self { longitude_deg, latitude_deg, bearing_rad } = self;
-        let georeference = Georeference { longitude_deg, latitude_deg, bearing_rad: bearing_rad.unwrap_or(0.0) };
+    fn georeference(&self) -> Result<Georeference, PlanFileError> {
+        let [x, y] = self.anchor.unwrap_or_default();
+        let georeference = Georeference {
+            longitude_deg: self.longitude_deg,
+            latitude_deg: self.latitude_deg,
+            bearing_rad: self.bearing_rad.unwrap_or(0.0),
+            anchor: Pt2::new(x, y),
+            scale: self.scale.unwrap_or(1.0),
+        };
         let place = projection::is_place(&georeference).then_some(georeference);
         place.ok_or_else(|| refused(projection::NoPlace(georeference).to_string()))
+    }
+
+    fn placed(self) -> Option<Placed> {
+        let point = |point: PointRecord| PlacedPoint {
+            plan: Pt2::new(point.plan[0], point.plan[1]),
+            longitude_deg: point.longitude_deg,
+            latitude_deg: point.latitude_deg,
+            off_m: point.off_m.unwrap_or(0.0),
+        };
+        let points: Vec<PlacedPoint> = self.points.unwrap_or_default().into_iter().map(point).collect();
+        let from = self.from.or((!points.is_empty()).then(|| "points".to_owned()))?;
+        Some(Placed { from, points })
     }
 }
 
@@ -290,7 +379,10 @@ impl Record {
         if let Some(far) = far {
             return Err(format!("the point {far:?} is over 1e9 m away"));
         }
-        Ok(Element { kind, form, name: self.name, source: self.source })
+        let mut joins = self.joins.unwrap_or_default();
+        joins.sort_unstable();
+        joins.dedup();
+        Ok(Element { kind, form, name: self.name, source: self.source, joins })
     }
 }
 
@@ -350,6 +442,22 @@ mod tests {
         let changed: Vec<_> = one.lines().zip(other.lines()).filter(|(a, b)| a != b).collect();
         let line = r#"      {"kind": "door", "name": "main \"entrance\"\n", "spot": [2,0.1235]},"#;
         assert_eq!(changed, [(r#"      {"kind": "door", "spot": [2,0.1235]},"#, line)]);
+    }
+
+    #[test]
+    fn stairs_keep_the_storeys_that_they_join_and_a_place_says_how_it_is_known() {
+        let text = document("{\"kind\": \"stairs\", \"joins\": [3, 2, 3], \"spot\": [1, 2]}").replacen(
+            '{',
+            "{\"georeference\": {\"longitude_deg\": 10, \"latitude_deg\": 53.5, \"anchor\": [566600, 5932800], \"scale\": 0.9996, \
+             \"from\": \"points\", \"points\": [{\"plan\": [1, 2], \"longitude_deg\": 10.00001, \"latitude_deg\": 53.5, \"off_m\": 0.12}]}, ",
+            1,
+        );
+        let read = read(&text).unwrap();
+        assert_eq!(read.building.levels[0].elements[0].joins, [2, 3]);
+        let place = read.building.georeference.unwrap();
+        assert_eq!((place.anchor, place.scale, place.bearing_rad), (Pt2::new(566_600.0, 5_932_800.0), 0.9996, 0.0));
+        assert_eq!(read.placed.as_ref().unwrap().points[0].off_m, 0.12);
+        assert_eq!(super::read(&write(&read)).unwrap(), read);
     }
 
     #[test]
@@ -438,7 +546,7 @@ mod tests {
     fn what_has_no_place_in_json_is_left_out_and_told() {
         let spot = |x: f64| Element::new(ElementKind::Door, Form::Spot(Pt2::new(x, 0.0)));
         let building = Building {
-            georeference: Some(Georeference { longitude_deg: f64::NAN, latitude_deg: 0.0, bearing_rad: 0.0 }),
+            georeference: Some(Georeference::at_origin(f64::NAN, 0.0, 0.0)),
             ..Building::of_one_level(vec![spot(f64::NAN), spot(1.0), spot(f64::INFINITY), spot(-1e300)])
         };
         let document = read(&write(&PlanDocument { building, ..PlanDocument::default() })).unwrap();
@@ -458,11 +566,13 @@ mod tests {
 
     fn element() -> impl Strategy<Value = Element> {
         let word = || prop::option::of(".{0,12}");
-        (prop::sample::select(&ElementKind::ALL[..]), form(), word(), word()).prop_map(|(kind, form, name, source)| Element {
+        let joins = prop::collection::btree_set(-3..9, 0..3).prop_map(|joins| joins.into_iter().collect());
+        (prop::sample::select(&ElementKind::ALL[..]), form(), word(), word(), joins).prop_map(|(kind, form, name, source, joins)| Element {
             kind,
             form,
             name,
             source,
+            joins,
         })
     }
 
@@ -472,25 +582,43 @@ mod tests {
             let level = |(ordinal, (name, elements))| Level { ordinal, name, elements };
             (-1..).zip(levels).map(level).collect::<Vec<_>>()
         });
-        let place = (-180.0..180.0, -85.0..85.0, -TAU..TAU).prop_map(|(longitude_deg, latitude_deg, bearing_rad)| Georeference {
+        let place = (-180.0..180.0, -85.0..85.0, -TAU..TAU, point(), 0.9..1.1).prop_map(
+            |(longitude_deg, latitude_deg, bearing_rad, anchor, scale)| Georeference {
+                longitude_deg,
+                latitude_deg,
+                bearing_rad,
+                anchor,
+                scale,
+            },
+        );
+        let control = (point(), -180.0..180.0, -85.0..85.0, 0.0..9.0).prop_map(|(plan, longitude_deg, latitude_deg, off_m)| PlacedPoint {
+            plan,
             longitude_deg,
             latitude_deg,
-            bearing_rad,
+            off_m,
         });
+        let placed = (".{0,9}", prop::collection::vec(control, 0..3)).prop_map(|(from, points)| Placed { from, points });
         let source = (prop::option::of(".*"), prop::option::of(1e-6..1e3)).prop_map(|(file, metres_per_unit)| Source {
             file,
             metres_per_unit,
             format: Some("dxf".to_owned()),
             ..Source::default()
         });
-        (levels, prop::option::of(place), source, prop::collection::vec(".*", 0..3))
-            .prop_map(|(levels, georeference, source, notes)| PlanDocument { building: Building { levels, georeference }, source, notes })
+        (levels, prop::option::of((place, prop::option::of(placed))), source, prop::collection::vec(".*", 0..3)).prop_map(
+            |(levels, place, source, notes)| {
+                let (georeference, placed) = place.unzip();
+                PlanDocument { building: Building { levels, georeference }, source, placed: placed.flatten(), notes }
+            },
+        )
     }
 
     /// The same with all numbers at zero, to compare the rest.
     fn without_numbers(document: &PlanDocument) -> PlanDocument {
         let mut bare = document.clone();
         bare.building.georeference = None;
+        for point in bare.placed.iter_mut().flat_map(|placed| &mut placed.points) {
+            *point = PlacedPoint { plan: Pt2::new(0.0, 0.0), longitude_deg: 0.0, latitude_deg: 0.0, off_m: 0.0 };
+        }
         for element in bare.building.levels.iter_mut().flat_map(|l| &mut l.elements) {
             let zeros = |chain: &mut Vec<Pt2<Plan>>| chain.fill(Pt2::new(0.0, 0.0));
             match &mut element.form {
@@ -518,7 +646,8 @@ mod tests {
             if let (Some(read), Some(meant)) = (read.building.georeference, document.building.georeference) {
                 let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
                 prop_assert!(near(read.longitude_deg, meant.longitude_deg) && near(read.latitude_deg, meant.latitude_deg));
-                prop_assert!(near(read.bearing_rad, meant.bearing_rad));
+                prop_assert!(near(read.bearing_rad, meant.bearing_rad) && near(read.scale, meant.scale));
+                prop_assert!(read.anchor.distance(meant.anchor) < 1e-4);
             }
             prop_assert_eq!(read.building.georeference.is_some(), document.building.georeference.is_some());
             // Once rounded, bytes stay.

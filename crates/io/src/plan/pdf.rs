@@ -45,6 +45,10 @@ const SCANNED: f64 = 0.3;
 const STRAIGHT_OVER_SCAN: usize = 100;
 /// Most pixels that all pictures of a scan paint: a page in strips paints each once.
 const MOST_PAINTED: f64 = 2e9;
+/// Most pixels of the paper for each of the pictures on it: those of a scan cover at least [`SCANNED`] of it.
+const MOST_PAPER: f64 = 4.0;
+/// Pixels that any paper may have.
+const FEWEST_PAPER: f64 = 4e6;
 /// Font sizes in a unit of a glyph.
 const GLYPH_UNITS: f64 = 1000.0;
 /// Grey that stands for patterns and shadings.
@@ -171,7 +175,8 @@ fn read_page<'a>(pdf: &'a Pdf, page: &Page<'a>, until: Instant) -> Result<Option
     let scanned = !pictures.is_empty() && (lines == 0 || (straight < STRAIGHT_OVER_SCAN && covered >= SCANNED));
     if scanned {
         let largest = pictures.iter().max_by(|a, b| a.share.total_cmp(&b.share));
-        let mut painter = Painter::new(sheet, largest.map_or(1.0, |picture| picture.pixel_pt), until)?;
+        let pixels: f64 = pictures.iter().map(|picture| picture.pixels).sum();
+        let mut painter = Painter::new(sheet, largest.map_or(1.0, |picture| picture.pixel_pt), pixels, until)?;
         sheet.interpret(pdf, page, &mut painter)?;
         let luma = GrayImage::new(painter.width, painter.height, painter.luma).ok_or_else(|| refused("its page is empty"))?;
         let [width, height] = sheet.size_pt;
@@ -297,6 +302,8 @@ struct Picture {
     share: f64,
     /// Its pixel's shorter side, points.
     pixel_pt: f64,
+    /// How many it has.
+    pixels: f64,
 }
 
 /// Writes down what a page draws.
@@ -454,7 +461,8 @@ impl<'a> Device<'a> for Recorder {
         let pixel_pt = a.hypot(b).min(c.hypot(d));
         let share = width * height / (self.sheet.size_pt[0] * self.sheet.size_pt[1]);
         if share > 0.0 && pixel_pt > 0.0 {
-            self.pictures.push(Picture { share, pixel_pt });
+            let pixels = f64::from(image.width()) * f64::from(image.height());
+            self.pictures.push(Picture { share, pixel_pt, pixels });
         }
     }
 
@@ -481,9 +489,12 @@ struct Painter {
 }
 
 impl Painter {
-    /// White paper with pixels of this size.
-    fn new(sheet: Sheet, pixel_pt: f64, until: Instant) -> Result<Self, PlanFileError> {
-        let [width, height] = sheet.size_pt.map(|side| (side / pixel_pt).round().max(1.0));
+    /// White paper with pixels of this size, or larger where the pictures have few: one that is squeezed flat, or a mere stamp, would
+    /// ask for millions of pixels that say nothing.
+    fn new(sheet: Sheet, pixel_pt: f64, pixels: f64, until: Instant) -> Result<Self, PlanFileError> {
+        let most = (MOST_PAPER * pixels).max(FEWEST_PAPER);
+        let finest_pt = (sheet.size_pt[0] * sheet.size_pt[1] / most).sqrt();
+        let [width, height] = sheet.size_pt.map(|side| (side / pixel_pt.max(finest_pt)).round().max(1.0));
         check_size(width as u32, height as u32)?;
         let (width, height) = (width as usize, height as usize);
         Ok(Self { sheet, luma: vec![255; width * height], width, height, painted: 0.0, until })
@@ -796,6 +807,30 @@ mod tests {
         let dark: Vec<usize> = (0..32).filter(|i| luma.data()[*i] == 76).collect();
         assert_eq!(dark, [0, 8, 23, 31]);
         assert!(luma.data().iter().all(|v| matches!(v, 76 | 255)));
+    }
+
+    #[test]
+    fn a_picture_squeezed_flat_makes_no_paper_of_millions() {
+        // 8 × 8 px on a thousandth of a point's height: paper of its shorter side would be 50 million times as fine.
+        let picture = stream("/Type/XObject/Subtype/Image/Width 8/Height 8/BitsPerComponent 8/ColorSpace/DeviceGray", &[0; 64]);
+        let file = pages(&["200 0 0 0.001 0 50 cm /I Do"], "/Resources<</XObject<</I 10 0 R>>>>", "", &[picture]);
+        match read(file, None) {
+            Ok(PdfPage::Scan { luma, .. }) => assert!(luma.data().len() <= FEWEST_PAPER as usize + 10_000, "{}", luma.data().len()),
+            Ok(PdfPage::Drawing(sketch)) => panic!("{:?}", sketch.notes),
+            Err(why) => assert!(matches!(why, PlanFileError::NothingDrawn { .. }), "{why}"),
+        }
+    }
+
+    #[test]
+    fn pages_that_lead_in_circles_end() {
+        let page = b"<</Type/Page/Parent 2 0 R/MediaBox[0 0 200 100]/Contents 4 0 R>>".to_vec();
+        let content = stream("", b"0 0 m 9 0 l S");
+        for kids in ["2 0 R", "3 0 R 2 0 R", "5 0 R 3 0 R"] {
+            let tree = format!("<</Type/Pages/Parent 2 0 R/Kids[{kids}]/Count 3>>").into_bytes();
+            let other = b"<</Type/Pages/Parent 2 0 R/Kids[2 0 R 5 0 R]/Count 2>>".to_vec();
+            let read = read(pdf(&[b"<</Type/Catalog/Pages 2 0 R>>".to_vec(), tree, page.clone(), content.clone(), other]), None);
+            assert!(read.is_ok() || read.is_err_and(|why| why.to_string().len() > 30), "{kids}");
+        }
     }
 
     #[test]
