@@ -193,11 +193,11 @@ mod tests {
     #[test]
     fn stairs_above_each_other_are_one_and_those_beside_are_not() {
         let at = |x: f64| stairs(square(x, 0.0, 3.0), &[]);
-        let house = building(vec![(-1, vec![at(0.0)]), (0, vec![at(0.2), at(3.1)]), (1, vec![at(3.2)]), (2, vec![at(0.0)])]);
+        let house = building(vec![(-1, vec![at(0.0)]), (0, vec![at(0.2), at(3.125)]), (1, vec![at(3.2)]), (2, vec![at(0.0)])]);
         // The cellar's stairs end on the ground floor; those of the top are drawn there alone.
         assert_eq!(ordinals(&house), [(vec![-1, 0], false), (vec![0, 1], false), (vec![2], false)]);
         let found = connections(&house);
-        assert_eq!((found[1].kind, found[1].at), (ElementKind::Stairs, Pt2::new(4.6, 1.5)));
+        assert_eq!((found[1].kind, found[1].at), (ElementKind::Stairs, Pt2::new(4.625, 1.5)));
     }
 
     #[test]

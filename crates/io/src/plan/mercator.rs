@@ -131,11 +131,11 @@ impl Utm {
         TransverseMercator { meridian_deg: 6.0 * f64::from(self.zone) - 183.0 }
     }
 
-    /// Longitude and latitude, degrees, of an easting and a northing; `None` where the grid does not reach: it ends at 84°, and
-    /// reaches no farther than into the neighbouring zones.
+    /// Longitude and latitude, degrees, of an easting and a northing; `None` where the grid does not reach: eastings from 100 to
+    /// 900 km, which is beyond the rims of all zones. Metres of a plan's own that were taken for a grid's are less.
     pub fn degrees(self, [easting, northing]: Point) -> Option<Point> {
         let north = if self.south { northing - UTM_SOUTH_M } else { northing };
-        let on_grid = (-500_000.0..=1_500_000.0).contains(&easting) && north.abs() <= UTM_SOUTH_M;
+        let on_grid = (100_000.0..=900_000.0).contains(&easting) && north.abs() <= UTM_SOUTH_M;
         on_grid.then(|| self.map().degrees([(easting - UTM_EASTING_M) / UTM_SCALE, north / UTM_SCALE]))
     }
 
