@@ -19,7 +19,7 @@ const METRES_PER_PIXEL: f64 = 0.05;
 /// Floors up to this width are drawn as cells; wider ones take long, and do the same.
 const DRAWN_M: f64 = 60.0;
 /// A picture for maps that name one: 4 × 3 pixels of wall, unknown and free.
-const MAP_PGM: &[u8] = b"P5\n4 3\n255\n\x00\x00\x00\x00\x00\xfe\xfe\x00\x00\xcd\xfe\x00";
+const MAP_PGM: &[u8] = b"P5\n4 3\n255\n\x50\x00\x00\x00\x00\xfe\xfe\x00\x00\xcd\xfe\x00";
 
 /// Whether these words are in the beginning of the file.
 pub fn holds(bytes: &[u8], words: &[u8]) -> bool {

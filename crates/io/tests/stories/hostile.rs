@@ -27,7 +27,7 @@ fn files(folder: &Path) -> Vec<(String, PathBuf)> {
 fn try_out(dir: &Path, target: &str, bytes: &[u8]) -> bool {
     // A map names its picture, which lies beside it.
     let name = if target == "ros_map" { "map.yaml" } else { "file" };
-    std::fs::write(dir.join("map.pgm"), b"P5\n4 3\n255\n\x00\x00\x00\x00\x00\xfe\xfe\x00\x00\xcd\xfe\x00").unwrap();
+    std::fs::write(dir.join("map.pgm"), b"P5\n4 3\n255\n\x50\x00\x00\x00\x00\xfe\xfe\x00\x00\xcd\xfe\x00").unwrap();
     std::fs::write(dir.join(name), bytes).unwrap();
     [None, Some(0.05)].into_iter().any(|metres_per_pixel| {
         let options = PlanOptions { metres_per_pixel, ..PlanOptions::default() };
