@@ -4,7 +4,8 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits};
+use image::metadata::Orientation;
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
 use planwalk_types::GrayImage;
 
 /// Why a picture cannot be read.
@@ -44,6 +45,10 @@ pub enum RasterError {
     },
 }
 
+/// Most pixels that a byte of JPEG holds: a block of 8 × 8 takes a bit at least, and colours may have a quarter of the blocks.
+/// Decoders fill up what is missing, a kilobyte to gigabytes.
+const JPEG_GAIN: u64 = 2048;
+
 /// How large a picture may be.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SizeLimit {
@@ -58,6 +63,21 @@ impl SizeLimit {
     pub const FRAME: Self = Self { side: 16_384, megapixels: 100 };
 }
 
+/// Columns and rows of a picture as it is seen upright, from its header alone.
+///
+/// # Errors
+/// [`RasterError`].
+pub fn size(path: &Path) -> Result<[u32; 2], RasterError> {
+    let unreadable = |e: image::ImageError| RasterError::Unreadable { reason: e.to_string() };
+    let mut decoder = ImageReader::open(path)?.with_guessed_format()?.into_decoder().map_err(unreadable)?;
+    let (width, height) = decoder.dimensions();
+    let turned = matches!(
+        decoder.orientation().map_err(unreadable)?,
+        Orientation::Rotate90 | Orientation::Rotate270 | Orientation::Rotate90FlipH | Orientation::Rotate270FlipH
+    );
+    Ok(if turned { [height, width] } else { [width, height] })
+}
+
 /// The picture, upright: an EXIF orientation is applied.
 pub(crate) fn open(path: &Path, limit: SizeLimit) -> Result<DynamicImage, RasterError> {
     let unreadable = |e: image::ImageError| RasterError::Unreadable { reason: e.to_string() };
@@ -69,6 +89,11 @@ pub(crate) fn open(path: &Path, limit: SizeLimit) -> Result<DynamicImage, Raster
         return Err(RasterError::TooLarge { width, height, limit_side: limit.side, limit_megapixels: limit.megapixels });
     }
     let mut reader = ImageReader::open(path)?.with_guessed_format()?;
+    let bytes = std::fs::metadata(path)?.len();
+    if reader.format() == Some(ImageFormat::Jpeg) && u64::from(width) * u64::from(height) > bytes.saturating_mul(JPEG_GAIN) {
+        let reason = format!("it says {width}×{height} px, of which {bytes} bytes can hold but the beginning");
+        return Err(RasterError::Unreadable { reason });
+    }
     let mut limits = Limits::default();
     // Eight bytes a pixel hold 16-bit RGBA; the rest is for the decoder.
     limits.max_alloc = Some(u64::from(width) * u64::from(height) * 8 + (64 << 20));
@@ -120,6 +145,22 @@ pub(crate) mod tests {
         let error = open(&path, SizeLimit::PLAN).unwrap_err();
         assert!(matches!(error, RasterError::TooLarge { width: 60_000, height: 60_000, .. }), "{error}");
         assert!(error.to_string().contains("60000×60000"), "{error}");
+    }
+
+    #[test]
+    fn a_jpeg_of_few_bytes_and_many_pixels_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("cut.jpg");
+        image::GrayImage::new(64, 48).save(&path).unwrap();
+        assert!(open(&path, SizeLimit::PLAN).is_ok());
+        let mut bytes = std::fs::read(&path).unwrap();
+        // The frame: marker, length, bits, height, width.
+        let frame = bytes.windows(2).position(|marker| marker == [0xff, 0xc0]).unwrap();
+        bytes[frame + 5..frame + 9].copy_from_slice(&[0x4e, 0x20, 0x4e, 0x20]);
+        std::fs::write(&path, &bytes).unwrap();
+        let error = open(&path, SizeLimit::PLAN).unwrap_err().to_string();
+        assert!(error.contains("20000×20000 px"), "{error}");
+        assert_eq!(size(&path).unwrap(), [20_000, 20_000]);
     }
 
     #[test]

@@ -95,12 +95,14 @@ pub struct Element {
     pub name: Option<String>,
     /// Where it comes from: a layer, a feature, a colour; for people who look for a mistake.
     pub source: Option<String>,
+    /// Ordinals of the storeys that stairs or a lift join, as the source says; lowest first. Empty where it says nothing.
+    pub joins: Vec<i32>,
 }
 
 impl Element {
-    /// An element without name and source.
+    /// An element of which nothing else is known.
     pub fn new(kind: ElementKind, form: Form) -> Self {
-        Self { kind, form, name: None, source: None }
+        Self { kind, form, name: None, source: None, joins: Vec::new() }
     }
 }
 
@@ -118,12 +120,24 @@ pub struct Level {
 /// Where on the globe a building is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Georeference {
-    /// Longitude of the plan's (0, 0), degrees, WGS 84.
+    /// Longitude of the anchor, degrees, WGS 84.
     pub longitude_deg: f64,
     /// Latitude of it.
     pub latitude_deg: f64,
-    /// Direction of the plan's y axis: radians from north, clockwise as compasses count.
+    /// Direction of the plan's y axis there: radians from north, clockwise as compasses count.
     pub bearing_rad: f64,
+    /// The point of the plan that lies there: (0, 0) as a rule, but within the building where the plan's metres are a map's grid.
+    pub anchor: Pt2<Plan>,
+    /// Metres on the ground in a metre of the plan: 1 as a rule; a map's grid is off by up to 0.1 %, a plan's own scale by what it is
+    /// wrong.
+    pub scale: f64,
+}
+
+impl Georeference {
+    /// A plan whose (0, 0) lies there, and whose metres are true.
+    pub fn at_origin(longitude_deg: f64, latitude_deg: f64, bearing_rad: f64) -> Self {
+        Self { longitude_deg, latitude_deg, bearing_rad, anchor: Pt2::new(0.0, 0.0), scale: 1.0 }
+    }
 }
 
 /// A building.

@@ -14,6 +14,7 @@
 
 pub mod building;
 pub mod camera;
+pub mod connection;
 pub mod frame;
 pub mod motion;
 pub mod path;
@@ -27,6 +28,7 @@ pub mod time;
 
 pub use building::{Building, Element, ElementKind, Form, Georeference, Level};
 pub use camera::{Camera, CameraError, Distortion, IntrinsicsSource};
+pub use connection::{Connection, connections};
 pub use frame::{GrayImage, VideoFrame};
 pub use motion::{CameraPose, TrackingState};
 pub use path::{OdometryScale, Path, Step, Trajectory, TrajectoryError};

@@ -229,9 +229,13 @@ mod inside {
     const DIRECTIONS: usize = 64;
     /// Coarse cell of the map of enclosure, metres: the measure changes over the width of a corridor, not of a wall.
     const COARSE_M: f64 = 0.25;
+    /// Most coarse cells: what the largest plan of 5 cm has. A map of roads, whose own cells are coarse, would have five times as many,
+    /// and take a minute.
+    const MOST_COARSE: f64 = 4e6;
 
     pub(super) fn probability(cell_m: f64, width: usize, height: usize, cells: &[Cell]) -> Vec<f32> {
-        let block = (COARSE_M / cell_m).round().max(1.0) as usize;
+        let fewest = (cells.len() as f64 / MOST_COARSE).sqrt().ceil();
+        let block = (COARSE_M / cell_m).round().max(fewest).max(1.0) as usize;
         let (columns, rows) = (width.div_ceil(block), height.div_ceil(block));
         let mut wall = vec![false; columns * rows];
         for (i, cell) in cells.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod eval;
+mod georeference;
 mod plan;
 mod sim;
 
@@ -20,6 +21,7 @@ use crate::command::Task;
 
 pub use bench::BenchArgs;
 pub use eval::EvalArgs;
+pub use georeference::{Known, PlanGeoreferenceArgs};
 pub use plan::{PlanCommand, PlanCommandArgs, PlanExportArgs, PlanFileArgs, PlanInfoArgs};
 pub use sim::{NoiseName, SimArgs, SimKind};
 

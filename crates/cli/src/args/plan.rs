@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use planwalk::types::Seed;
 
-use super::PlanReadingArgs;
+use super::{PlanGeoreferenceArgs, PlanReadingArgs};
 
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
@@ -55,10 +55,23 @@ GeoJSON is in degrees (RFC 7946) where the plan says where on the globe it is, u
     #[command(after_help = "Example:
   planwalk plan render office.dxf -o office.png")]
     Render(PlanFileArgs),
+    /// Says where on the globe a plan lies, and keeps it: by known points, a world file, a grid, or an anchor and a bearing
+    #[command(after_help = "Examples:
+  planwalk plan georeference office.dxf --point 0,0=53.54083,9.99412 --point 42.5,0=53.54088,9.99476 --point 0,18=53.54099,9.99408 -o office.plan.json
+  planwalk plan georeference floor2.png --metres-per-pixel 0.02 --pixel 10,12=53.541,9.994 --pixel 900,15=53.541,9.9945 -o floor2.plan.json
+  planwalk plan georeference scan.png --world-file scan.pgw --crs EPSG:32632 -o scan.plan.json
+  planwalk plan georeference site.csv --crs EPSG:25832 -o site.plan.json
+  planwalk plan georeference office.dxf --anchor 53.54083,9.99412 --bearing 20 -o office.plan.json
+  planwalk plan export office.plan.json -o office.geojson
+
+Latitude comes first, as web maps show it; corners of the building that are seen on an aerial picture are good points. Two points place a
+plan, three tell how well they agree, four or more who of them lies. The points' scale is told beside the plan's own, and the plan
+keeps its own metres.")]
+    Georeference(PlanGeoreferenceArgs),
 }
 
 /// A plan in, a file out.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct PlanFileArgs {
     /// Floor plan of any format
     #[arg(value_name = "PLAN")]

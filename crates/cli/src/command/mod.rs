@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod demo;
 pub mod eval;
+mod georeference;
 pub mod locate;
 pub mod place;
 pub mod plan;

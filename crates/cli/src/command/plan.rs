@@ -5,7 +5,7 @@ use planwalk::locate::{AmbiguityOptions, ambiguity};
 use planwalk::plan_info::{AmbiguityEntry, PlanInfo, words};
 use planwalk::types::FloorPlan;
 
-use super::{name_of, plan_audit, plan_file};
+use super::{georeference, name_of, plan_audit, plan_file};
 use crate::args::{PlanCommand, PlanCommandArgs, PlanInfoArgs};
 use crate::failure::Failure;
 use crate::inputs;
@@ -19,6 +19,7 @@ pub fn run(args: &PlanCommandArgs) -> Result<(), Failure> {
         PlanCommand::Import(args) => plan_file::import(args),
         PlanCommand::Export(args) => plan_file::export(args),
         PlanCommand::Render(args) => plan_file::render(args),
+        PlanCommand::Georeference(args) => georeference::run(args),
     }
 }
 

@@ -109,7 +109,7 @@ fn robots_map(args: &PlanFileArgs, voice: Voice, target: &Target<'_>) -> Result<
     target.write(export::ros_map_yaml(&read.value, image))
 }
 
-fn open(args: &PlanFileArgs, voice: Voice) -> Result<PlanDocument, Failure> {
+pub(super) fn open(args: &PlanFileArgs, voice: Voice) -> Result<PlanDocument, Failure> {
     let mut document = plan::import(&args.plan, &args.reading.options()).map_err(|why| Failure::input("the plan", why, &args.plan))?;
     document.notes.iter().for_each(|note| voice.say(&format!("note: {note}")));
     // A plan that was kept before goes on telling where it came from.
@@ -142,7 +142,7 @@ fn tell(levels: &[Level], voice: Voice) {
 }
 
 /// The file that is written.
-struct Target<'a> {
+pub(super) struct Target<'a> {
     folder: &'a Path,
     name: &'a str,
     force: bool,
@@ -150,7 +150,7 @@ struct Target<'a> {
 
 impl<'a> Target<'a> {
     /// Refuses a file that is there, unless it may be overwritten.
-    fn of(args: &'a PlanFileArgs) -> Result<Self, Failure> {
+    pub(super) fn of(args: &'a PlanFileArgs) -> Result<Self, Failure> {
         let path = &args.output;
         let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| Failure::usage("the output needs a file name"))?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -168,7 +168,7 @@ impl<'a> Target<'a> {
         Ok(())
     }
 
-    fn write(&self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    pub(super) fn write(&self, content: impl AsRef<[u8]>) -> Result<(), Failure> {
         self.write_as(self.name, content)
     }
 

@@ -3,6 +3,7 @@
 mod bad_input;
 mod bench;
 mod eval;
+mod georeference;
 mod manners;
 mod plan;
 mod real_data;

@@ -7,7 +7,7 @@
 //! the properties and is looked at first: an `opening` is a door.
 //! Pitfall: `null` geometries are common.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use geojson::{Feature, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue, Position};
@@ -15,8 +15,9 @@ use planwalk_types::{Building, Element, ElementKind, Form, Plan, Pt2};
 
 use super::PlanFileError;
 use super::kind::{self, Meaning};
+use super::osm::levels;
 use super::projection::{Point, Projection};
-use super::storeys::{self, Storey};
+use super::storeys::{self, OnStoreys, Storey};
 use crate::text;
 
 /// Properties that say what a feature is, in the order in which they are asked; without regard to case.
@@ -49,17 +50,18 @@ pub(super) fn building(
     notes: &mut Vec<String>,
 ) -> Result<Building, PlanFileError> {
     let mut found = Found::default();
-    for feature in features {
-        found.take(feature);
+    for (number, feature) in (1..).zip(features) {
+        found.take(number, feature);
     }
+    found.join();
     found.take_unnamed(notes);
     found.tell(features.len(), notes);
     if found.elements.is_empty() {
         return Err(PlanFileError::NothingKnown { features: features.len(), found: found.words() });
     }
-    let points: Vec<Point> = found.elements.iter().flat_map(|(_, e)| e.form.points()).map(|p| [p.x, p.y]).collect();
+    let points: Vec<Point> = found.elements.iter().flat_map(|e| e.element.form.points()).map(|p| [p.x, p.y]).collect();
     let projection = Projection::of(crs, in_metres, &points, notes);
-    for point in found.elements.iter_mut().flat_map(|(_, element)| element.form.points_mut()) {
+    for point in found.elements.iter_mut().flat_map(|e| e.element.form.points_mut()) {
         let [x, y] = projection.metres([point.x, point.y]);
         *point = Pt2::new(x, y);
     }
@@ -81,70 +83,116 @@ fn crs(members: &JsonObject) -> Option<String> {
 #[derive(Default)]
 struct Found {
     /// With what they say of their storey, and in the file's own coordinates.
-    elements: Vec<(Option<String>, Element)>,
+    elements: Vec<OnStoreys>,
     without_geometry: usize,
     /// Areas of no known kind.
-    unnamed: Vec<(Option<String>, Element)>,
+    unnamed: Vec<OnStoreys>,
     /// Their number, by what they say they are.
     unknown: BTreeMap<String, usize>,
     passed: usize,
     bare_lines: usize,
     storeys: BTreeMap<String, Storey>,
+    /// IMDF: storeys of each feature that is drawn, and the features that a relationship leads through.
+    storeys_of: BTreeMap<String, Vec<String>>,
+    ways: Vec<Vec<String>>,
+    /// The feature that each of the elements is drawn from.
+    ids: Vec<Option<String>>,
 }
 
 impl Found {
-    fn take(&mut self, feature: &Feature) {
-        if property(feature, "feature_type").is_some_and(|word| word == "level") {
-            return self.take_level(feature);
+    /// Takes the feature of this number, counted from 1.
+    fn take(&mut self, number: usize, feature: &Feature) {
+        match property(feature, "feature_type").as_deref() {
+            Some("level") => return self.take_level(feature),
+            Some("relationship") => return self.take_relationship(feature),
+            _ => {}
         }
         let Some(geometry) = &feature.geometry else {
             self.without_geometry += 1;
             return;
         };
-        let level = property(feature, "level").or_else(|| property(feature, "level_id")).map(|level| text::short(&level));
-        let name = NAMES.iter().find_map(|key| property(feature, key)).map(|name| text::short(&name));
-        let mut words: Vec<String> = KEYS.iter().filter_map(|key| property(feature, key)).collect();
-        if words.first().is_some_and(|word| word == "unit") {
-            // IMDF: which sort of unit says more.
-            words.rotate_left(1);
+        let on = keys(feature);
+        let joins = joins(feature);
+        let id = id(feature);
+        if let Some(id) = &id {
+            self.storeys_of.insert(id.clone(), on.clone());
         }
-        let kind = words.iter().find_map(|word| kind::of(word));
-        let door = DOOR_KEYS.iter().any(|key| property(feature, key).is_some_and(|value| value != "no"));
+        let name = NAMES.iter().find_map(|key| property(feature, key)).map(|name| text::short(&name));
+        let words = words(feature);
+        let source = source(number, id.as_deref(), words.first());
         let mut forms = Vec::new();
         collect(geometry, &mut forms);
         for form in forms {
             let is_area = matches!(form, Form::Area(_));
-            let kind = match (&form, kind) {
-                (Form::Line(_) | Form::Spot(_), _) if door => ElementKind::Door,
-                (Form::Spot(_), Some(kind)) if kind != Meaning::Part(ElementKind::Door) => {
-                    self.passed += 1;
-                    continue;
-                }
-                (_, Some(Meaning::Part(kind))) => kind,
-                (_, Some(Meaning::Passed)) => {
-                    self.passed += 1;
-                    continue;
-                }
-                (Form::Line(_), None) => {
-                    self.bare_lines += 1;
-                    ElementKind::Wall
-                }
-                (_, None) => {
-                    let word = words.first().map_or_else(|| "nothing".to_owned(), |word| format!("\"{}\"", text::short(word)));
-                    *self.unknown.entry(word).or_default() += usize::from(is_area);
-                    let unnamed = Element { name: name.clone(), ..Element::new(ElementKind::Room, form) };
-                    self.unnamed.extend(is_area.then(|| (level.clone(), unnamed)));
-                    continue;
-                }
-            };
-            let source = words.first().map(|word| text::short(word));
-            self.elements.push((level.clone(), Element { kind, form, name: name.clone(), source }));
+            let Some(kind) = self.kind(feature, &words, &form) else { continue };
+            let element = Element { name: name.clone(), source: Some(source.clone()), joins: joins.clone(), ..Element::new(kind.0, form) };
+            let placed = OnStoreys { on: on.clone(), joins: BTreeSet::new(), element };
+            if kind.1 {
+                self.elements.push(placed);
+                self.ids.push(id.clone());
+            } else {
+                self.unnamed.extend(is_area.then_some(placed));
+            }
+        }
+    }
+
+    /// What a form of a feature is, and whether that is known; `None` for what is left out.
+    fn kind(&mut self, feature: &Feature, words: &[String], form: &Form) -> Option<(ElementKind, bool)> {
+        let kind = words.iter().find_map(|word| kind::of(word));
+        let door = || DOOR_KEYS.iter().any(|key| property(feature, key).is_some_and(|value| value != "no"));
+        let leads = |kind: ElementKind| matches!(kind, ElementKind::Door | ElementKind::Stairs | ElementKind::Lift);
+        match (form, kind) {
+            (Form::Line(_) | Form::Spot(_), _) if door() => Some((ElementKind::Door, true)),
+            (Form::Spot(_), Some(Meaning::Part(kind))) if leads(kind) => Some((kind, true)),
+            (Form::Spot(_), Some(_)) | (_, Some(Meaning::Passed)) => {
+                self.passed += 1;
+                None
+            }
+            (_, Some(Meaning::Part(kind))) => Some((kind, true)),
+            (Form::Line(_), None) => {
+                self.bare_lines += 1;
+                Some((ElementKind::Wall, true))
+            }
+            (_, None) => {
+                let word = words.first().map_or_else(|| "nothing".to_owned(), |word| format!("\"{}\"", text::short(word)));
+                *self.unknown.entry(word).or_default() += usize::from(matches!(form, Form::Area(_)));
+                Some((ElementKind::Room, false))
+            }
+        }
+    }
+
+    /// IMDF: which features one passes on the way by stairs or lift.
+    fn take_relationship(&mut self, way: &Feature) {
+        let leads = property(way, "category").and_then(|word| kind::of(&word));
+        if !matches!(leads, Some(Meaning::Part(ElementKind::Stairs | ElementKind::Lift))) {
+            return;
+        }
+        let members = |key: &str| {
+            let value = way.properties.as_ref().and_then(|properties| properties.get(key));
+            let list = value.map_or(&[][..], |value| value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice));
+            list.iter().filter_map(|member| member.get("id")?.as_str().map(text::short)).collect::<Vec<_>>()
+        };
+        self.ways.push(["origin", "intermediary", "destination"].into_iter().flat_map(members).collect());
+    }
+
+    /// Stairs and lifts join the storeys of all that a relationship leads through.
+    fn join(&mut self) {
+        let mut joined: BTreeMap<&str, BTreeSet<&String>> = BTreeMap::new();
+        for way in &self.ways {
+            let storeys: BTreeSet<&String> = way.iter().filter_map(|id| self.storeys_of.get(id)).flatten().collect();
+            for id in way.iter().filter(|_| storeys.len() > 1) {
+                joined.entry(id).or_default().extend(&storeys);
+            }
+        }
+        for (element, id) in self.elements.iter_mut().zip(&self.ids) {
+            let joins = id.as_deref().and_then(|id| joined.get(id)).into_iter().flatten();
+            element.joins.extend(joins.map(|key| (*key).clone()));
         }
     }
 
     /// Where a floor is known and nothing that divides it, as on maps of malls, areas of no known kind are its rooms.
     fn take_unnamed(&mut self, notes: &mut Vec<String>) {
-        let is_bare = |(_, element): &(Option<String>, Element)| element.kind == ElementKind::Floor;
+        let is_bare = |placed: &OnStoreys| placed.element.kind == ElementKind::Floor;
         if !self.unnamed.is_empty() && !self.elements.is_empty() && self.elements.iter().all(is_bare) {
             notes.push(format!("{} areas of no known kind are taken as rooms: nothing else divides the floor", self.unnamed.len()));
             self.elements.append(&mut self.unnamed);
@@ -154,10 +202,10 @@ impl Found {
 
     /// IMDF: what others call by its id.
     fn take_level(&mut self, level: &Feature) {
-        let Some(id) = level.id.as_ref().map(id_text).or_else(|| property(level, "id")) else { return };
+        let Some(id) = id(level) else { return };
         let ordinal = property(level, "ordinal").and_then(|n| n.parse::<f64>().ok()).filter(|n| n.abs() < 1e6).map(|n| n.round() as i32);
         let name = ["short_name", "name"].iter().find_map(|key| property(level, key)).map(|name| text::short(&name));
-        self.storeys.insert(text::short(&id), Storey { name, ordinal });
+        self.storeys.insert(id, Storey { name, ordinal });
     }
 
     fn words(&self) -> String {
@@ -183,6 +231,41 @@ impl Found {
             notes.push(format!("{} shapes of furniture, labels, routes and the like are left out", self.passed));
         }
     }
+}
+
+/// Keys of the storeys that a feature is on: `level` or `level_id`, several as OpenStreetMap lists them (`0;1`, `0-2`).
+fn keys(feature: &Feature) -> Vec<String> {
+    let Some(value) = property(feature, "level").or_else(|| property(feature, "level_id")) else { return Vec::new() };
+    match levels::parse(&value) {
+        Some(several) if several.len() > 1 => several.into_iter().map(levels::Level::name).collect(),
+        _ => vec![text::short(&value)],
+    }
+}
+
+/// Ordinals of the storeys that stairs or a lift are said to join, as this program's own export lists them.
+fn joins(feature: &Feature) -> Vec<i32> {
+    let several = property(feature, "joins").and_then(|value| levels::parse(&value));
+    several.into_iter().flatten().map(|level| level.number().round() as i32).collect()
+}
+
+/// Words that may say what a feature is, the first one first.
+fn words(feature: &Feature) -> Vec<String> {
+    let mut words: Vec<String> = KEYS.iter().filter_map(|key| property(feature, key)).collect();
+    if words.first().is_some_and(|word| word == "unit") {
+        // IMDF: which sort of unit says more.
+        words.rotate_left(1);
+    }
+    words
+}
+
+fn id(feature: &Feature) -> Option<String> {
+    feature.id.as_ref().map(id_text).or_else(|| property(feature, "id")).map(|id| text::short(&id))
+}
+
+/// Where an element comes from: its feature's id, or else its number, and what it says it is.
+fn source(number: usize, id: Option<&str>, word: Option<&String>) -> String {
+    let feature = id.map_or_else(|| format!("feature {number}"), |id| format!("feature {id}"));
+    word.map_or(feature.clone(), |word| format!("{feature}, {}", text::short(word)))
 }
 
 /// A property, or a member beside them (IMDF), as text; without regard to case.
@@ -235,126 +318,4 @@ fn point(position: &Position) -> Option<Pt2<Plan>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use planwalk_types::{Cell, FloorPlan, Pt2};
-
-    /// The ground floor, drawn, and what was told.
-    fn drawn(text: &str) -> (FloorPlan, Vec<String>) {
-        let mut notes = Vec::new();
-        let building = read(text, &mut notes).unwrap();
-        let level = storeys::choose(&building, None, &mut notes).unwrap();
-        (super::super::vector::draw(&level.elements, &mut notes).unwrap(), notes)
-    }
-
-    fn collection(head: &str, features: &[String]) -> String {
-        format!("{{\"type\":\"FeatureCollection\",{head}\"features\":[{}]}}", features.join(","))
-    }
-
-    fn feature(properties: &str, geometry: &str, coordinates: &str) -> String {
-        format!(
-            "{{\"type\":\"Feature\",\"properties\":{properties},\"geometry\":{{\"type\":\"{geometry}\",\"coordinates\":{coordinates}}}}}"
-        )
-    }
-
-    fn flat() -> Vec<String> {
-        vec![
-            feature(
-                "{\"Type\":\"Wa\"}",
-                "Polygon",
-                "[[[0,0],[5,0],[5,4],[0,4],[0,0]],[[0.2,0.2],[0.2,3.8],[4.8,3.8],[4.8,0.2],[0.2,0.2]]]",
-            ),
-            feature("{\"Type\":\"B_Door\"}", "Polygon", "[[[2,0],[3,0],[3,0.2],[2,0.2],[2,0]]]"),
-            feature("{\"category\":\"window\"}", "LineString", "[[0.1,1,0],[0.1,2,0]]"),
-            "{\"type\":\"Feature\",\"properties\":{\"Type\":\"Wall\"},\"geometry\":null}".to_owned(),
-            feature("{\"Type\":\"furniture\"}", "Polygon", "[[[2,2],[3,2],[3,3],[2,2]]]"),
-            feature("{\"Type\":\"NaNs\"}", "Polygon", "[[[2,2],[3,2],[3,3],[2,2]]]"),
-            feature("null", "LineString", "[[4,0],[4,4]]"),
-        ]
-    }
-
-    #[test]
-    fn features_are_known_by_their_words_and_what_is_left_out_is_told() {
-        let (plan, notes) = drawn(&collection("", &flat()));
-        let at = |x, y| plan.at(Pt2::new(x, y));
-        assert_eq!([at(1.0, 0.1), at(2.5, 0.1), at(0.1, 1.5), at(2.5, 2.4)], [Cell::Wall, Cell::Door, Cell::Window, Cell::Free]);
-        assert_eq!(at(4.01, 2.0), Cell::Wall, "a bare line");
-        for told in ["1 of 7 features have no geometry", "1 of \"NaNs\"", "1 lines say nothing", "1 shapes of furniture", "metres"] {
-            assert!(notes.iter().any(|note| note.contains(told)), "{told}: {notes:?}");
-        }
-    }
-
-    #[test]
-    fn units_and_openings_make_rooms_with_doors() {
-        let unit = |x: f64| {
-            let ring = format!("[[[{x},0],[{},0],[{},3],[{x},3],[{x},0]]]", x + 4.0, x + 4.0);
-            feature("{\"category\":\"room\",\"level_id\":\"a\"}", "Polygon", &ring).replacen('{', "{\"feature_type\":\"unit\",", 1)
-        };
-        let opening = feature("{\"level_id\":\"a\"}", "LineString", "[[4,1],[4,2]]").replacen('{', "{\"feature_type\":\"opening\",", 1);
-        let (plan, _) = drawn(&collection("\"units\":\"m\",", &[unit(0.0), unit(4.0), opening]));
-        assert_eq!(plan.at(Pt2::new(4.01, 1.5)), Cell::Door);
-        assert_eq!(plan.at(Pt2::new(4.01, 0.5)), Cell::Wall);
-        // What is on another storey is not drawn on this one.
-        let upstairs = feature("{\"level_id\":\"b\",\"type\":\"wall\"}", "LineString", "[[2,0],[2,3]]");
-        let level = |id: &str, name: &str, ordinal: i32| {
-            let properties = format!("{{\"ordinal\":{ordinal},\"short_name\":{{\"en\":\"{name}\"}}}}");
-            feature(&properties, "Polygon", "[]").replacen('{', &format!("{{\"id\":\"{id}\",\"feature_type\":\"level\","), 1)
-        };
-        let storeys = collection("\"units\":\"m\",", &[unit(0.0), upstairs, level("b", "Up", 3), level("a", "Down", 2)]);
-        let (plan, notes) = drawn(&storeys);
-        assert_eq!(plan.at(Pt2::new(2.0, 1.5)), Cell::Free);
-        assert!(notes.iter().any(|n| n.contains("2 storeys (Down, Up): Down is taken")), "{notes:?}");
-    }
-
-    #[test]
-    fn areas_of_no_known_kind_are_rooms_where_nothing_else_divides_the_floor() {
-        let floor = feature("{\"type\":\"floor\"}", "Polygon", "[[[0,0],[20,0],[20,10],[0,10],[0,0]]]");
-        let shop = feature("{\"category\":\"5d35\"}", "Polygon", "[[[2,2],[8,2],[8,8],[2,8],[2,2]]]");
-        let (plan, notes) = drawn(&collection("\"units\":\"m\",", &[floor.clone(), shop.clone()]));
-        assert_eq!([plan.at(Pt2::new(2.01, 5.0)), plan.at(Pt2::new(5.0, 5.0))], [Cell::Wall, Cell::Free]);
-        assert!(notes.iter().any(|note| note.contains("1 areas of no known kind are taken as rooms")), "{notes:?}");
-        let wall = feature("{\"type\":\"wall\"}", "LineString", "[[0,0],[20,0]]");
-        let (plan, notes) = drawn(&collection("\"units\":\"m\",", &[floor, shop, wall]));
-        assert_eq!(plan.at(Pt2::new(2.01, 5.0)), Cell::Free);
-        assert!(notes.iter().any(|note| note.contains("left out: 1 of \"5d35\"")), "{notes:?}");
-    }
-
-    #[test]
-    fn a_plan_on_the_globe_becomes_metres() {
-        // 0.0001° are 11 m northwards and 6.6 m eastwards at Hamburg.
-        let walls = feature("{\"type\":\"wall\"}", "LineString", "[[10,53.54],[10.0001,53.54],[10.0001,53.5401],[10,53.5401],[10,53.54]]");
-        let (plan, notes) = drawn(&collection("", &[walls]));
-        let (width, height) = plan.size_m();
-        assert!((width - 2.0 - 6.63).abs() < 0.2 && (height - 2.0 - 11.13).abs() < 0.2, "{width} × {height}");
-        assert!(notes.iter().any(|n| n.contains("10.0000000, 53.5400000")), "{notes:?}");
-    }
-
-    #[test]
-    fn doors_as_points_open_their_wall() {
-        let mut features = flat();
-        features.push(feature("{\"door\":\"hinged\"}", "Point", "[4,1]"));
-        assert_eq!(drawn(&collection("", &features)).0.at(Pt2::new(4.01, 1.0)), Cell::Door);
-    }
-
-    #[test]
-    fn what_is_no_plan_is_refused_with_a_remedy() {
-        let error = |text: &str| read(text, &mut Vec::new()).unwrap_err().to_string();
-        let nested = format!(
-            "{{\"type\":\"GeometryCollection\",\"geometries\":{}",
-            "[{\"type\":\"GeometryCollection\",\"geometries\":".repeat(50_000)
-        );
-        for text in ["{", "{}", "{\"type\":\"Topology\"}", "{\"walls\":[]}", &nested, &"[".repeat(100_000)] {
-            assert!(error(text).contains("no GeoJSON"), "{}", error(text));
-        }
-        let huge = collection("", &[feature("{\"type\":\"wall\"}", "LineString", "[[0,0],[1e999,0]]")]);
-        assert!(error(&huge).contains("no GeoJSON"), "{}", error(&huge));
-        let unknown = collection("", &[feature("{\"type\":\"tree\"}", "Polygon", "[[[0,0],[1,0],[1,1],[0,0]]]")]);
-        assert!(error(&unknown).contains("1 of \"tree\""), "{}", error(&unknown));
-        assert!(error(&collection("", &[])).contains("none of the 0 features"));
-        for coordinates in ["[]", "[[]]", "[[[]]]", "[[[1]]]"] {
-            let odd = collection("", &[feature("{\"type\":\"wall\"}", "Polygon", coordinates)]);
-            let level = read(&odd, &mut Vec::new()).map(|building| building.levels[0].elements.clone());
-            assert!(level.is_err() || super::super::vector::draw(&level.unwrap(), &mut Vec::new()).is_err(), "{coordinates}");
-        }
-    }
-}
+mod tests;

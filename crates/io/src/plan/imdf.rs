@@ -1,6 +1,6 @@
 //! What is in an IMDF archive (OGC 20-094)? Rooms, doors and storeys, a GeoJSON file a type.
 //!
-//! archive ─▶ `unit`, `opening`, `level` ─▶ [`geojson::building`]
+//! archive ─▶ `unit`, `opening`, `level`, `relationship` (which storeys stairs and lifts join) ─▶ [`geojson::building`]
 //!
 //! Walls are not part of the format: the outlines of units less the openings are. Loose lines (`detail`), furniture (`fixture`,
 //! `kiosk`) and what only names or groups others are left out.
@@ -15,7 +15,7 @@ use zip::ZipArchive;
 use super::{PlanFileError, geojson as features};
 
 /// Types that are read.
-const TYPES: [&str; 3] = ["level", "unit", "opening"];
+const TYPES: [&str; 4] = ["level", "unit", "opening", "relationship"];
 /// Most bytes that all files together may unpack to: the largest airports have some 50 MB.
 const UNPACKED_MOST: u64 = 256 << 20;
 

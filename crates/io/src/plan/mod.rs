@@ -17,10 +17,12 @@ mod drawing;
 mod dxf;
 pub mod export;
 mod geojson;
+pub mod georeference;
 mod imdf;
 mod interpret;
 mod kind;
 mod measure;
+mod mercator;
 pub mod native;
 mod notation;
 mod open;
@@ -28,6 +30,7 @@ mod osm;
 mod outline;
 mod pdf;
 mod projection;
+mod provenance;
 mod ros;
 mod scale;
 mod sketch;
@@ -47,6 +50,7 @@ pub use export::{ros_map_image, ros_map_yaml};
 pub use measure::{Measure, MeasureError};
 use native::{PlanDocument, Source};
 use open::Opened;
+pub use provenance::provenance;
 
 /// Options of [`read`].
 #[derive(Debug, Clone, Default)]
@@ -138,14 +142,16 @@ pub enum PlanFileError {
     },
     /// A site that is no floor, or a point far off.
     #[error(
-        "the shapes span {width_m:.0} m × {height_m:.0} m, over the 3 square kilometres that a floor may have: is a point astray \
-         (the farthest is {x}, {y}), or are the coordinates not in metres?"
+        "the shapes span {width_m:.0} m × {height_m:.0} m, over the {limit_km2:.0} square kilometres that a floor (3) or a map of roads (51) may \
+         have: is a point astray (the farthest is {x}, {y}), or are the coordinates not in metres?"
     )]
     TooWide {
         /// From the leftmost to the rightmost point.
         width_m: f64,
         /// From the lowest to the highest.
         height_m: f64,
+        /// Most that there may be, square kilometres.
+        limit_km2: f64,
         /// The point farthest from the origin.
         x: f64,
         /// Its other coordinate.
@@ -374,6 +380,10 @@ fn cells(opened: &Opened, options: &PlanOptions, notes: &mut Vec<String>) -> Res
             FloorPlan::new(Pt2::new(0.0, 0.0), cells.cell_m, cells.width, cells.height, cells.cells)?
         }
         Opened::Drawn(building) => storey(building, options, notes)?,
+        Opened::Kept(document) => {
+            notes.extend(document.building.georeference.as_ref().map(georeference::words));
+            storey(&document.building, options, notes)?
+        }
     })
 }
 
@@ -389,11 +399,12 @@ pub fn import(path: &Path, options: &PlanOptions) -> Result<PlanDocument, PlanFi
 }
 
 fn document(opened: Opened, source: Source, options: &PlanOptions, notes: &mut Vec<String>) -> Result<PlanDocument, PlanFileError> {
+    let placed = if let Opened::Kept(document) = &opened { document.placed.clone() } else { None };
     let mut building = open::building(opened, notes)?;
     if options.level.is_some() {
         building.levels = vec![storeys::choose(&building, options.level.as_deref(), notes)?.clone()];
     }
-    Ok(PlanDocument { building, source, notes: Vec::new() })
+    Ok(PlanDocument { building, source, placed, notes: Vec::new() })
 }
 
 /// Adds the rooms that are found between the walls of each storey, and names from the texts in them; gives what was found on each

@@ -40,8 +40,32 @@ pub struct PlanDocument {
     pub building: Building,
     /// The file that it was made from.
     pub source: Source,
+    /// How its place on the globe is known, if somebody said it.
+    pub placed: Option<Placed>,
     /// What was decided on the way, for people.
     pub notes: Vec<String>,
+}
+
+/// How a plan's place on the globe is known; for people, as [`Building::georeference`] has the place itself.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placed {
+    /// Who says so: points, a world file, an anchor and a bearing, a grid.
+    pub from: String,
+    /// Points that are known on both, and how far the plan puts them from there.
+    pub points: Vec<PlacedPoint>,
+}
+
+/// A point that is known on the plan and on the globe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedPoint {
+    /// On the plan, metres.
+    pub plan: Pt2<Plan>,
+    /// On the globe, WGS 84.
+    pub longitude_deg: f64,
+    /// Likewise.
+    pub latitude_deg: f64,
+    /// Distance on the ground between there and where the plan puts it, metres.
+    pub off_m: f64,
 }
 
 /// The file that a plan was made from; all of it for people, none of it needed.
@@ -72,7 +96,7 @@ pub fn write(document: &PlanDocument) -> String {
     push_member(&mut out, "units", &quoted("m"));
     push_member(&mut out, "y", &quoted("up"));
     if let Some(georeference) = georeference {
-        push_member(&mut out, "georeference", &georeference_object(&georeference));
+        push_member(&mut out, "georeference", &georeference_object(&georeference, document.placed.as_ref()));
     }
     push_member(&mut out, "source", &source_object(&document.source));
     out.push_str("  \"notes\": ");
@@ -107,13 +131,43 @@ fn push_lines<T>(out: &mut String, indent: &str, items: impl IntoIterator<Item =
     out.push(']');
 }
 
-fn georeference_object(georeference: &Georeference) -> String {
+fn georeference_object(georeference: &Georeference, placed: Option<&Placed>) -> String {
     let angle = |value| Some(decimal(value, ANGLE_DECIMALS));
+    let anchor = georeference.anchor;
+    let placed = placed.filter(|placed| placed.points.iter().all(can_be_kept));
     notation::object([
         ("longitude_deg", angle(georeference.longitude_deg)),
         ("latitude_deg", angle(georeference.latitude_deg)),
         ("bearing_rad", angle(georeference.bearing_rad)),
+        ("anchor", (anchor != Pt2::new(0.0, 0.0)).then(|| position(anchor))),
+        ("scale", (georeference.scale != 1.0).then(|| decimal(georeference.scale, ANGLE_DECIMALS))),
+        ("from", placed.map(|placed| quoted(&placed.from))),
+        ("points", placed.filter(|placed| !placed.points.is_empty()).map(|placed| points_list(&placed.points))),
     ])
+}
+
+fn can_be_kept(point: &PlacedPoint) -> bool {
+    let numbers = [point.longitude_deg, point.latitude_deg, point.off_m];
+    notation::is_near(point.plan) && numbers.iter().all(|number| number.abs() <= notation::FARTHEST_M)
+}
+
+fn points_list(points: &[PlacedPoint]) -> String {
+    let mut out = String::new();
+    push_list(&mut out, points, |out, point| {
+        out.push_str(&notation::object([
+            ("plan", Some(position(point.plan))),
+            ("longitude_deg", Some(decimal(point.longitude_deg, ANGLE_DECIMALS))),
+            ("latitude_deg", Some(decimal(point.latitude_deg, ANGLE_DECIMALS))),
+            ("off_m", Some(decimal(point.off_m, METRE_DECIMALS))),
+        ]));
+    });
+    out
+}
+
+fn position(at: Pt2<Plan>) -> String {
+    let mut out = String::new();
+    notation::push_position(&mut out, [at.x, at.y], METRE_DECIMALS);
+    out
 }
 
 fn source_object(source: &Source) -> String {
@@ -155,6 +209,7 @@ fn push_element(out: &mut String, element: &Element) {
         ("kind", Some(quoted(element.kind.word()))),
         ("name", element.name.as_deref().map(quoted)),
         ("source", element.source.as_deref().map(quoted)),
+        ("joins", (!element.joins.is_empty()).then(|| format!("{:?}", element.joins))),
         (key, Some(form)),
     ]));
 }
@@ -198,6 +253,18 @@ struct Place {
     longitude_deg: f64,
     latitude_deg: f64,
     bearing_rad: Option<f64>,
+    anchor: Option<[f64; 2]>,
+    scale: Option<f64>,
+    from: Option<String>,
+    points: Option<Vec<PointRecord>>,
+}
+
+#[derive(Deserialize)]
+struct PointRecord {
+    plan: [f64; 2],
+    longitude_deg: f64,
+    latitude_deg: f64,
+    off_m: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -212,6 +279,7 @@ struct Record {
     kind: String,
     name: Option<String>,
     source: Option<String>,
+    joins: Option<Vec<i32>>,
     area: Option<Vec<Vec<[f64; 2]>>>,
     line: Option<Vec<[f64; 2]>>,
     spot: Option<[f64; 2]>,
@@ -236,12 +304,15 @@ pub(super) fn read(text: &str) -> Result<PlanDocument, PlanFileError> {
             return Err(refused(format!("\"{key}\" is \"{}\", and can only be \"{meant}\"", text::short(value))));
         }
     }
-    let georeference = body.georeference.map(Place::georeference).transpose()?;
+    let (georeference, placed) = match body.georeference {
+        Some(place) => (Some(place.georeference()?), place.placed()),
+        None => (None, None),
+    };
     let mut levels = body.levels.into_iter().map(Storey::level).collect::<Result<Vec<_>, _>>()?;
     // Stable: storeys of one ordinal stay in the file's order.
     levels.sort_by_key(|level| level.ordinal);
     let building = Building { levels, georeference };
-    Ok(PlanDocument { building, source: body.source.unwrap_or_default(), notes: body.notes.unwrap_or_default() })
+    Ok(PlanDocument { building, placed, source: body.source.unwrap_or_default(), notes: body.notes.unwrap_or_default() })
 }
 
 fn refused(why: String) -> PlanFileError {
@@ -249,11 +320,29 @@ fn refused(why: String) -> PlanFileError {
 }
 
 impl Place {
-    fn georeference(self) -> Result<Georeference, PlanFileError> {
-        let Self { longitude_deg, latitude_deg, bearing_rad } = self;
-        let georeference = Georeference { longitude_deg, latitude_deg, bearing_rad: bearing_rad.unwrap_or(0.0) };
+    fn georeference(&self) -> Result<Georeference, PlanFileError> {
+        let [x, y] = self.anchor.unwrap_or_default();
+        let georeference = Georeference {
+            longitude_deg: self.longitude_deg,
+            latitude_deg: self.latitude_deg,
+            bearing_rad: self.bearing_rad.unwrap_or(0.0),
+            anchor: Pt2::new(x, y),
+            scale: self.scale.unwrap_or(1.0),
+        };
         let place = projection::is_place(&georeference).then_some(georeference);
         place.ok_or_else(|| refused(projection::NoPlace(georeference).to_string()))
+    }
+
+    fn placed(self) -> Option<Placed> {
+        let point = |point: PointRecord| PlacedPoint {
+            plan: Pt2::new(point.plan[0], point.plan[1]),
+            longitude_deg: point.longitude_deg,
+            latitude_deg: point.latitude_deg,
+            off_m: point.off_m.unwrap_or(0.0),
+        };
+        let points: Vec<PlacedPoint> = self.points.unwrap_or_default().into_iter().map(point).collect();
+        let from = self.from.or((!points.is_empty()).then(|| "points".to_owned()))?;
+        Some(Placed { from, points })
     }
 }
 
@@ -290,239 +379,12 @@ impl Record {
         if let Some(far) = far {
             return Err(format!("the point {far:?} is over 1e9 m away"));
         }
-        Ok(Element { kind, form, name: self.name, source: self.source })
+        let mut joins = self.joins.unwrap_or_default();
+        joins.sort_unstable();
+        joins.dedup();
+        Ok(Element { kind, form, name: self.name, source: self.source, joins })
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use std::f64::consts::TAU;
-
-    /// A document of one storey with these elements.
-    fn document(elements: &str) -> String {
-        format!("{{\"schema\": \"planwalk-plan/1\", \"levels\": [{{\"ordinal\": 2, \"elements\": [{elements}]}}]}}")
-    }
-
-    fn error(text: &str) -> String {
-        read(text).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn the_example_of_the_docs_is_read_and_written_back_the_same() {
-        let page = include_str!("../../../../docs/plan-format.md");
-        let example = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
-        assert!(is_one(example));
-        let document = read(example).unwrap();
-        assert_eq!(write(&document), example);
-        // The page shows all that there is.
-        let kinds: Vec<&str> =
-            ElementKind::ALL.into_iter().map(ElementKind::word).filter(|word| !page.contains(&format!("`{word}`"))).collect();
-        assert!(kinds.is_empty(), "the page does not say what these are: {kinds:?}");
-        let forms: Vec<&Form> = document.building.levels.iter().flat_map(|l| &l.elements).map(|e| &e.form).collect();
-        assert!(forms.iter().any(|f| matches!(f, Form::Area(rings) if rings.len() == 2)));
-        assert!(forms.iter().any(|f| matches!(f, Form::Line(_))) && forms.iter().any(|f| matches!(f, Form::Spot(_))));
-    }
-
-    #[test]
-    fn what_is_usual_may_be_left_out_and_what_is_not_known_is_passed_over() {
-        let read = read(&document("{\"kind\": \"wall\", \"line\": [[0, 0], [4, 0]], \"height_m\": {\"top\": [2.5]}}")).unwrap();
-        assert_eq!((read.source, read.notes, read.building.georeference), (Source::default(), Vec::new(), None));
-        let level = Level {
-            ordinal: 2,
-            name: "2".to_owned(),
-            elements: vec![Element::new(ElementKind::Wall, Form::Line(vec![Pt2::new(0.0, 0.0), Pt2::new(4.0, 0.0)]))],
-        };
-        assert_eq!(read.building.levels, [level]);
-    }
-
-    #[test]
-    fn an_element_is_a_line_so_that_versions_can_be_compared() {
-        let mut one = PlanDocument { building: Building::of_one_level(Vec::new()), ..PlanDocument::default() };
-        for x in 0..4 {
-            one.building.levels[0].elements.push(Element::new(ElementKind::Door, Form::Spot(Pt2::new(f64::from(x), 0.123_456))));
-        }
-        let mut other = one.clone();
-        other.building.levels[0].elements[2].name = Some("main \"entrance\"\n".to_owned());
-        let (one, other) = (write(&one), write(&other));
-        assert_eq!(one.lines().count(), other.lines().count());
-        let changed: Vec<_> = one.lines().zip(other.lines()).filter(|(a, b)| a != b).collect();
-        let line = r#"      {"kind": "door", "name": "main \"entrance\"\n", "spot": [2,0.1235]},"#;
-        assert_eq!(changed, [(r#"      {"kind": "door", "spot": [2,0.1235]},"#, line)]);
-    }
-
-    #[test]
-    fn storeys_come_back_from_below() {
-        let level = |ordinal: i32| format!("{{\"ordinal\": {ordinal}, \"elements\": []}}");
-        let text = format!("{{\"schema\": \"planwalk-plan/1\", \"levels\": [{}, {}]}}", level(1), level(-1));
-        let ordinals: Vec<i32> = read(&text).unwrap().building.levels.iter().map(|l| l.ordinal).collect();
-        assert_eq!(ordinals, [-1, 1]);
-    }
-
-    #[test]
-    fn a_file_is_known_by_its_schema() {
-        for head in ["{\"schema\":\"planwalk-plan/1\"", " {\n\"about\": 1, \"schema\" : \"planwalk-plan/27\", \"le", &document("")] {
-            assert!(is_one(head), "{head}");
-        }
-        for head in [
-            "",
-            "{",
-            "{\"type\": \"FeatureCollection\"",
-            "{\"schema\": \"other\"",
-            "\"schema\": \"planwalk-plan/1\"",
-            "{\"a\": \"planwalk-plan/1\"}",
-        ] {
-            assert!(!is_one(head), "{head}");
-        }
-    }
-
-    #[test]
-    fn another_version_is_refused_with_both_numbers() {
-        let text = document("{\"kind\": \"wall\", \"mesh\": 0}").replace("plan/1", "plan/2");
-        assert!(error(&text).contains("\"planwalk-plan/2\", and this program reads \"planwalk-plan/1\""), "{}", error(&text));
-    }
-
-    #[test]
-    fn a_bad_element_is_named() {
-        let wall = "{\"kind\": \"wall\", \"line\": [[0, 0], [4, 0]]}";
-        for (bad, told) in [
-            (
-                "{\"kind\": \"tree\", \"spot\": [0, 0]}",
-                "\"tree\" is no kind of element; known are wall, window, door, floor, room, stairs, lift",
-            ),
-            ("{\"kind\": \"door\"}", "no \"area\", \"line\" or \"spot\""),
-            ("{\"kind\": \"door\", \"spot\": [0, 0], \"line\": []}", "more than one of"),
-            ("{\"kind\": \"door\", \"spot\": [0, 1e300]}", "over 1e9 m away"),
-        ] {
-            let error = error(&document(&format!("{wall}, {bad}")));
-            assert!(error.contains("element 1 (counted from 0) of the storey \"2\"") && error.contains(told), "{error}");
-        }
-    }
-
-    #[test]
-    fn damaged_files_are_refused_with_the_place() {
-        let whole = document("{\"kind\": \"wall\", \"area\": [[[0, 0], [4, 0], [4, 3]]]}");
-        for cut in 0..whole.len() {
-            assert!(read(&whole[..cut]).is_err(), "{cut}");
-        }
-        for (from, to) in
-            [("[4, 3]", "[4, 1e999]"), ("[4, 3]", "[4, NaN]"), ("[4, 3]", "[4]"), ("[4, 3]", "[4, 3, 0]"), ("2,", "2.5,"), ("[[[", "[[[[")]
-        {
-            let error = error(&whole.replace(from, to));
-            assert!(error.contains("docs/plan-format.md") && error.contains("line 1 column"), "{to}: {error}");
-        }
-        for (member, told) in [
-            ("\"units\": \"mm\"", "\"mm\", and can only be \"m\""),
-            ("\"y\": \"down\"", "can only be \"up\""),
-            ("\"georeference\": {\"longitude_deg\": 10, \"latitude_deg\": 99}", "latitude 99°"),
-        ] {
-            let error = error(&whole.replacen('{', &format!("{{{member}, "), 1));
-            assert!(error.contains(told), "{error}");
-        }
-    }
-
-    #[test]
-    fn hostile_files_are_refused_before_they_take_memory() {
-        let notes = |inner: String| document("").replacen('{', &format!("{{\"notes\": [{inner}], "), 1);
-        assert!(error(&notes("\"\",".repeat(10_000_001))).contains("texts"));
-        assert!(error(&document(&format!("{{\"kind\": \"wall\", \"area\": [{}]}}", "[],".repeat(10_000_001)))).contains("points"));
-        assert!(error(&document(&"{},".repeat(1_000_001))).contains("elements"));
-        for mark in ["[", "{\"a\":"] {
-            let deep = document("").replacen('{', &format!("{{\"more\": {}", mark.repeat(900_000)), 1);
-            assert!(read(&deep).is_err());
-        }
-    }
-
-    #[test]
-    fn what_has_no_place_in_json_is_left_out_and_told() {
-        let spot = |x: f64| Element::new(ElementKind::Door, Form::Spot(Pt2::new(x, 0.0)));
-        let building = Building {
-            georeference: Some(Georeference { longitude_deg: f64::NAN, latitude_deg: 0.0, bearing_rad: 0.0 }),
-            ..Building::of_one_level(vec![spot(f64::NAN), spot(1.0), spot(f64::INFINITY), spot(-1e300)])
-        };
-        let document = read(&write(&PlanDocument { building, ..PlanDocument::default() })).unwrap();
-        assert_eq!(document.building, Building::of_one_level(vec![spot(1.0)]));
-        assert!(document.notes[0].starts_with("3 elements") && document.notes[1].contains("NaN"), "{:?}", document.notes);
-    }
-
-    fn point() -> impl Strategy<Value = Pt2<Plan>> {
-        // Sites near their origin and on a map's grid.
-        prop_oneof![(-100.0..100.0, -100.0..100.0), (4e5..8e5, 5e6..6e6)].prop_map(|(x, y): (f64, f64)| Pt2::new(x, y))
-    }
-
-    fn form() -> impl Strategy<Value = Form> {
-        let chain = || prop::collection::vec(point(), 0..5);
-        prop_oneof![prop::collection::vec(chain(), 0..3).prop_map(Form::Area), chain().prop_map(Form::Line), point().prop_map(Form::Spot),]
-    }
-
-    fn element() -> impl Strategy<Value = Element> {
-        let word = || prop::option::of(".{0,12}");
-        (prop::sample::select(&ElementKind::ALL[..]), form(), word(), word()).prop_map(|(kind, form, name, source)| Element {
-            kind,
-            form,
-            name,
-            source,
-        })
-    }
-
-    fn documents() -> impl Strategy<Value = PlanDocument> {
-        let level = ("\\PC{0,12}", prop::collection::vec(element(), 0..6));
-        let levels = prop::collection::vec(level, 0..4).prop_map(|levels| {
-            let level = |(ordinal, (name, elements))| Level { ordinal, name, elements };
-            (-1..).zip(levels).map(level).collect::<Vec<_>>()
-        });
-        let place = (-180.0..180.0, -85.0..85.0, -TAU..TAU).prop_map(|(longitude_deg, latitude_deg, bearing_rad)| Georeference {
-            longitude_deg,
-            latitude_deg,
-            bearing_rad,
-        });
-        let source = (prop::option::of(".*"), prop::option::of(1e-6..1e3)).prop_map(|(file, metres_per_unit)| Source {
-            file,
-            metres_per_unit,
-            format: Some("dxf".to_owned()),
-            ..Source::default()
-        });
-        (levels, prop::option::of(place), source, prop::collection::vec(".*", 0..3))
-            .prop_map(|(levels, georeference, source, notes)| PlanDocument { building: Building { levels, georeference }, source, notes })
-    }
-
-    /// The same with all numbers at zero, to compare the rest.
-    fn without_numbers(document: &PlanDocument) -> PlanDocument {
-        let mut bare = document.clone();
-        bare.building.georeference = None;
-        for element in bare.building.levels.iter_mut().flat_map(|l| &mut l.elements) {
-            let zeros = |chain: &mut Vec<Pt2<Plan>>| chain.fill(Pt2::new(0.0, 0.0));
-            match &mut element.form {
-                Form::Area(rings) => rings.iter_mut().for_each(zeros),
-                Form::Line(line) => zeros(line),
-                Form::Spot(spot) => *spot = Pt2::new(0.0, 0.0),
-            }
-        }
-        bare
-    }
-
-    proptest! {
-        #[test]
-        fn what_is_written_is_read_to_half_a_tenth_of_a_millimetre(document in documents()) {
-            let text = write(&document);
-            prop_assert!(is_one(&text));
-            let read = read(&text).unwrap();
-            prop_assert_eq!(without_numbers(&read), without_numbers(&document));
-            let points = |d: &PlanDocument| d.building.levels.iter().flat_map(|l| &l.elements).flat_map(|e| e.form.points().collect::<Vec<_>>()).collect::<Vec<_>>();
-            for (read, meant) in points(&read).into_iter().zip(points(&document)) {
-                // And the doubles' own spacing at 6e6.
-                let error = (read.x - meant.x).abs().max((read.y - meant.y).abs());
-                prop_assert!(error < 0.5e-4 + 1e-8, "{error} m");
-            }
-            if let (Some(read), Some(meant)) = (read.building.georeference, document.building.georeference) {
-                let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
-                prop_assert!(near(read.longitude_deg, meant.longitude_deg) && near(read.latitude_deg, meant.latitude_deg));
-                prop_assert!(near(read.bearing_rad, meant.bearing_rad));
-            }
-            prop_assert_eq!(read.building.georeference.is_some(), document.building.georeference.is_some());
-            // Once rounded, bytes stay.
-            prop_assert_eq!(write(&read), text);
-        }
-    }
-}
+mod tests;

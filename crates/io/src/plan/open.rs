@@ -9,7 +9,7 @@ use image::DynamicImage;
 use planwalk_types::{Building, FloorPlan, Pt2};
 
 use super::cells::Pixels;
-use super::native::Source;
+use super::native::{PlanDocument, Source};
 use super::pdf::PdfPage;
 use super::scale::Scale;
 use super::sketch::Sketch;
@@ -40,6 +40,8 @@ pub(super) enum Opened {
     Map(FloorPlan),
     /// Shapes.
     Drawn(Building),
+    /// Shapes that were kept, with all that is known of them.
+    Kept(Box<PlanDocument>),
 }
 
 /// Opens a plan of any format; with notes for people, and where it came from as far as the file says.
@@ -150,9 +152,10 @@ fn of_text(
         Written::Osm => (Opened::Drawn(osm::read(text, notes)?), source("osm", None, "degrees on the globe")),
         Written::WallList => (Opened::Drawn(wall_list::read(text, notes)?), metric("wall list")),
         Written::Native => {
-            let document = native::read(text)?;
-            notes.extend(document.notes);
-            (Opened::Drawn(document.building), document.source)
+            let mut document = native::read(text)?;
+            notes.append(&mut document.notes);
+            let source = document.source.clone();
+            (Opened::Kept(Box::new(document)), source)
         }
     })
 }
@@ -199,6 +202,7 @@ fn of_pdf(path: &Path, options: &PlanOptions, stated: Option<f64>, notes: &mut V
 pub(super) fn building(opened: Opened, notes: &mut Vec<String>) -> Result<Building, PlanFileError> {
     let (pixels, metres_per_pixel, corner) = match opened {
         Opened::Drawn(building) => return Ok(building),
+        Opened::Kept(document) => return Ok(document.building),
         Opened::Picture { pixels, metres_per_pixel } => (pixels, metres_per_pixel, Pt2::new(0.0, 0.0)),
         Opened::Map(plan) => {
             let cells = plan.cells().chunks(plan.width()).rev().flatten().copied().collect();
@@ -208,6 +212,12 @@ pub(super) fn building(opened: Opened, notes: &mut Vec<String>) -> Result<Buildi
     let mut outlines = outline::trace(&pixels, metres_per_pixel)?;
     if outlines.specks > 0 {
         notes.push(format!("{} specks are smaller than any wall, and left out", outlines.specks));
+    }
+    let height_m = pixels.height as f64 * metres_per_pixel;
+    for element in outlines.elements.iter_mut().filter(|element| element.source.is_none()) {
+        // Where to look in a viewer: from the top left corner.
+        let at = element.form.points().next().map(|at| [at.x / metres_per_pixel, (height_m - at.y) / metres_per_pixel]);
+        element.source = at.map(|[u, v]| format!("pixel {u:.0} {v:.0}"));
     }
     for point in outlines.elements.iter_mut().flat_map(|element| element.form.points_mut()) {
         *point = Pt2::new(point.x + corner.x, point.y + corner.y);

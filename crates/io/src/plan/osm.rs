@@ -7,11 +7,11 @@
 
 mod ground;
 mod indoor;
-mod levels;
+pub(super) mod levels;
 mod map;
 mod roads;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use planwalk_types::{Building, Element, ElementKind};
 use quick_xml::Reader;
@@ -20,7 +20,7 @@ use quick_xml::events::Event;
 use self::ground::Ground;
 use self::levels::Level;
 use self::map::Map;
-use super::PlanFileError;
+use super::{PlanFileError, storeys};
 
 /// Levels named in the note on what was read.
 const LEVELS_TOLD: usize = 20;
@@ -65,12 +65,18 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, Plan
 }
 
 /// Storeys in their order and with their names.
-fn stacked(storeys: BTreeMap<Level, Vec<Element>>, names: &BTreeMap<Level, String>) -> Building {
-    let ordinals = levels::ordinals(&storeys.keys().copied().collect());
+fn stacked(storeys: indoor::Storeys, names: &BTreeMap<Level, String>) -> Building {
+    let numbers: Vec<f64> = storeys.keys().map(|level| level.number()).collect();
+    let ordinals: BTreeMap<Level, i32> = storeys.keys().copied().zip(storeys::ordinals(&numbers)).collect();
     let name = |level: Level| names.get(&level).cloned().unwrap_or_else(|| level.name());
-    let levels = storeys.into_iter().zip(ordinals);
-    let levels =
-        levels.map(|((level, elements), ordinal)| planwalk_types::Level { ordinal, name: name(level), elements });
+    let levels = storeys.into_iter().map(|(level, elements)| {
+        let joined = |(element, joins): (Element, BTreeSet<Level>)| {
+            let joins = joins.iter().filter_map(|level| ordinals.get(level).copied()).collect();
+            Element { joins, ..element }
+        };
+        let elements = elements.into_iter().map(joined).collect();
+        planwalk_types::Level { ordinal: ordinals.get(&level).copied().unwrap_or_default(), name: name(level), elements }
+    });
     Building { levels: levels.collect(), georeference: None }
 }
 
@@ -242,6 +248,8 @@ mod tests {
         assert_points(&building.levels[0].elements[3], &[[0.0, -0.5], [4.0, -0.5], [4.0, 0.5], [0.0, 0.5]]);
         let above: Vec<ElementKind> = building.levels[1].elements.iter().map(|e| e.kind).collect();
         assert_eq!(above, [stairs, stairs, lift]);
+        let joins = |at: usize| building.levels[0].elements[at].joins.as_slice();
+        assert_eq!([joins(0), joins(1), joins(2), joins(3), joins(10)], [&[][..], &[0, 1], &[], &[0, 1], &[0, 1]]);
     }
 
     #[test]

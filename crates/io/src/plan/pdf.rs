@@ -168,7 +168,8 @@ fn read_page<'a>(pdf: &'a Pdf, page: &Page<'a>, until: Instant) -> Result<Option
     let scanned = !pictures.is_empty() && (lines == 0 || (straight < STRAIGHT_OVER_SCAN && covered >= SCANNED));
     if scanned {
         let largest = pictures.iter().max_by(|a, b| a.share.total_cmp(&b.share));
-        let mut painter = Painter::new(sheet, largest.map_or(1.0, |picture| picture.pixel_pt), until)?;
+        let pixels: f64 = pictures.iter().map(|picture| picture.pixels).sum();
+        let mut painter = Painter::new(sheet, largest.map_or(1.0, |picture| picture.pixel_pt), pixels, until)?;
         sheet.interpret(pdf, page, &mut painter)?;
         let luma = GrayImage::new(painter.width, painter.height, painter.luma).ok_or_else(|| refused("its page is empty"))?;
         let [width, height] = sheet.size_pt;

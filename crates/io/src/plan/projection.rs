@@ -1,28 +1,34 @@
-//! How do coordinates become metres, and metres coordinates? As they are, or on a plane that touches the earth at the site.
+//! How do coordinates become metres, and metres coordinates? As they are, or on a map that is true around the site.
 //!
-//! The plane's scale is that of the WGS 84 ellipsoid's radii of curvature (prime vertical, meridian) at the first point; a
-//! kilometre from it, between the polar circles, a metre is still one to half a millimetre.
+//! The map is a transverse Mercator around the first point's meridian ([`super::mercator`]): a site is neither stretched nor bent on
+//! it (1e-8 of its size a kilometre from the meridian). Plans in the metres of a UTM zone keep them, and their place is known.
 //! Pitfalls: GeoJSON (RFC 7946) knows degrees only, and much of what is written as GeoJSON is in metres all the same. Web
 //! Mercator's metres are none: at 53° north they are 0.6 m long.
 
 use planwalk_types::{Georeference, Plan, Pt2};
 
+use super::mercator::{TransverseMercator, Utm};
+use super::notation;
+
 /// East and north: degrees or metres.
 pub(super) type Point = [f64; 2];
 
-const EQUATOR_RADIUS_M: f64 = 6_378_137.0;
-const ECCENTRICITY_2: f64 = 0.006_694_379_990_14;
+/// Radius of the sphere of Web Mercator.
+const WEB_RADIUS_M: f64 = 6_378_137.0;
 /// A site is never this wide, degrees (3 km): numbers within ±180 that spread farther are metres.
 const WIDEST_SITE_DEG: f64 = 0.03;
-
-/// Farthest from the equator that a plan is placed, degrees: as web maps. Nearer to a pole, meridians turn on the plane.
+/// Farthest from the equator that a plan is placed, degrees: as web maps. Nearer to a pole, meridians turn on the map.
 const HIGHEST_LATITUDE_DEG: f64 = 85.0;
+/// Metres on the ground in one of a plan: beyond this it is no plan of that ground.
+const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+/// Length over which a grid's north and scale are measured, metres.
+const BASELINE_M: f64 = 100.0;
 
 /// A georeference that cannot be one.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "longitude {}°, latitude {}°, bearing {} rad is no place for a plan: they must be within ±180°, ±85° and a whole turn",
-    .0.longitude_deg, .0.latitude_deg, .0.bearing_rad
+    "longitude {}°, latitude {}°, bearing {} rad, scale {} is no place for a plan: they must be within ±180°, ±85°, a whole turn, and 0.5 to 2",
+    .0.longitude_deg, .0.latitude_deg, .0.bearing_rad, .0.scale
 )]
 pub struct NoPlace(pub Georeference);
 
@@ -30,7 +36,11 @@ pub struct NoPlace(pub Georeference);
 pub(super) fn is_place(at: &Georeference) -> bool {
     // Written so that what is not a number is refused too.
     let turn = std::f64::consts::TAU;
-    at.longitude_deg.abs() <= 180.0 && at.latitude_deg.abs() <= HIGHEST_LATITUDE_DEG && at.bearing_rad.abs() <= turn
+    at.longitude_deg.abs() <= 180.0
+        && at.latitude_deg.abs() <= HIGHEST_LATITUDE_DEG
+        && at.bearing_rad.abs() <= turn
+        && SCALES.contains(&at.scale)
+        && notation::is_near(at.anchor)
 }
 
 /// Longitude and latitude, degrees, of a point of a plan that lies there: [`Projection::metres`] backwards.
@@ -38,16 +48,47 @@ pub(super) fn is_place(at: &Georeference) -> bool {
 /// Beyond ±180° numbers go on, so that a building on that meridian stays in one piece.
 pub(super) fn degrees(plan: &Georeference, point: Pt2<Plan>) -> Point {
     let (s, c) = plan.bearing_rad.sin_cos();
-    let (east, north) = (point.x * c + point.y * s, point.y * c - point.x * s);
-    let [across, along] = metres_per_radian(plan.latitude_deg);
-    [plan.longitude_deg + (east / across).to_degrees(), plan.latitude_deg + (north / along).to_degrees()]
+    let (x, y) = (plan.scale * (point.x - plan.anchor.x), plan.scale * (point.y - plan.anchor.y));
+    LocalMap::around([plan.longitude_deg, plan.latitude_deg]).degrees([x * c + y * s, y * c - x * s])
 }
 
-/// Metres of a radian of longitude and of latitude.
-fn metres_per_radian(latitude_deg: f64) -> [f64; 2] {
-    let (s, c) = latitude_deg.to_radians().sin_cos();
-    let w = 1.0 - ECCENTRICITY_2 * s * s;
-    [EQUATOR_RADIUS_M / w.sqrt() * c, EQUATOR_RADIUS_M * (1.0 - ECCENTRICITY_2) / (w * w.sqrt())]
+/// A map whose (0, 0) is at a place, and whose y axis points north there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LocalMap {
+    map: TransverseMercator,
+    /// Of the place, from the equator, metres.
+    north_m: f64,
+}
+
+impl LocalMap {
+    /// The map around a longitude and latitude.
+    pub(super) fn around([meridian_deg, latitude_deg]: Point) -> Self {
+        let map = TransverseMercator { meridian_deg };
+        Self { map, north_m: map.metres([meridian_deg, latitude_deg])[1] }
+    }
+
+    /// Metres east and north.
+    pub(super) fn metres(&self, point: Point) -> Point {
+        let [east, north] = self.map.metres(point);
+        [east, north - self.north_m]
+    }
+
+    /// Longitude and latitude.
+    pub(super) fn degrees(&self, [east, north]: Point) -> Point {
+        self.map.degrees([east, north + self.north_m])
+    }
+}
+
+/// Where a plan lies whose metres are those of a UTM zone, seen from this point of it; `None` where the grid does not reach.
+pub(super) fn on_grid(grid: Utm, [x, y]: Point) -> Option<Georeference> {
+    let [longitude_deg, latitude_deg] = grid.degrees([x, y])?;
+    let map = LocalMap::around([longitude_deg, latitude_deg]);
+    let [below, above] = [-0.5, 0.5].map(|half| grid.degrees([x, y + half * BASELINE_M]).map(|at| map.metres(at)));
+    let (below, above) = (below?, above?);
+    let (east, north) = (above[0] - below[0], above[1] - below[1]);
+    let (bearing_rad, scale) = (east.atan2(north), east.hypot(north) / BASELINE_M);
+    let place = Georeference { longitude_deg, latitude_deg, bearing_rad, anchor: Pt2::new(x, y), scale };
+    is_place(&place).then_some(place)
 }
 
 /// What the numbers of a file are.
@@ -57,13 +98,15 @@ enum Unit {
     Degrees,
     /// EPSG:3857.
     WebMercator,
+    /// Metres, of a grid of which the place is known.
+    Grid(Utm),
 }
 
 /// Turns a file's coordinates into metres.
 pub(super) struct Projection {
     unit: Unit,
-    /// Longitude and latitude of the plan's origin, degrees; only where the file is not in metres.
-    origin_deg: Point,
+    place: Option<Georeference>,
+    map: LocalMap,
 }
 
 impl Projection {
@@ -72,35 +115,54 @@ impl Projection {
         let unit = unit(crs, in_metres, points);
         let name = crs.unwrap_or("no coordinate system is named");
         let first = points.first().copied().unwrap_or_default();
-        let projection = Self { unit, origin_deg: if unit == Unit::WebMercator { degrees_of_web_mercator(first) } else { first } };
-        let [longitude, latitude] = projection.origin_deg;
-        notes.push(match unit {
-            Unit::Metres => format!("coordinates are taken as metres ({name}); the plan keeps them"),
-            Unit::Degrees | Unit::WebMercator => {
+        let origin = if unit == Unit::WebMercator { degrees_of_web_mercator(first) } else { first };
+        let [longitude, latitude] = origin;
+        let place = match unit {
+            Unit::Metres => None,
+            Unit::Grid(grid) => on_grid(grid, middle(points)),
+            Unit::Degrees | Unit::WebMercator => Some(Georeference::at_origin(longitude, latitude, 0.0)),
+        };
+        notes.push(match (unit, &place) {
+            (Unit::Grid(grid), Some(place)) => format!(
+                "coordinates are metres of UTM zone {} ({name}); the plan keeps them; its middle is at {:.7}, {:.7}",
+                grid.name(),
+                place.longitude_deg,
+                place.latitude_deg
+            ),
+            (Unit::Grid(grid), None) => {
+                format!("coordinates are taken as metres; UTM zone {} ({name}) does not reach there", grid.name())
+            }
+            (Unit::Metres, _) => format!("coordinates are taken as metres ({name}); the plan keeps them"),
+            (Unit::Degrees | Unit::WebMercator, _) => {
                 format!(
                     "coordinates are taken from the globe ({name}); the plan's origin is its first point, {longitude:.7}, {latitude:.7}"
                 )
             }
         });
-        projection
+        Self { unit, place, map: LocalMap::around(origin) }
     }
 
-    /// Where the plan's origin is; `None` where the file's metres do not say.
+    /// Where the plan is; `None` where the file's metres do not say.
     pub(super) fn georeference(&self) -> Option<Georeference> {
-        let [longitude_deg, latitude_deg] = self.origin_deg;
-        (self.unit != Unit::Metres).then_some(Georeference { longitude_deg, latitude_deg, bearing_rad: 0.0 })
+        self.place
     }
 
     /// Metres on the plan.
     pub(super) fn metres(&self, point: Point) -> Point {
-        let [longitude, latitude] = match self.unit {
-            Unit::Metres => return point,
-            Unit::Degrees => point,
-            Unit::WebMercator => degrees_of_web_mercator(point),
-        };
-        let [across, along] = metres_per_radian(self.origin_deg[1]);
-        [across * (longitude - self.origin_deg[0]).to_radians(), along * (latitude - self.origin_deg[1]).to_radians()]
+        match self.unit {
+            Unit::Metres | Unit::Grid(_) => point,
+            Unit::Degrees => self.map.metres(point),
+            Unit::WebMercator => self.map.metres(degrees_of_web_mercator(point)),
+        }
     }
+}
+
+/// Middle of what the points span.
+fn middle(points: &[Point]) -> Point {
+    [0, 1].map(|k| {
+        let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+        0.5 * (low + high)
+    })
 }
 
 fn unit(crs: Option<&str>, in_metres: bool, points: &[Point]) -> Unit {
@@ -114,6 +176,9 @@ fn unit(crs: Option<&str>, in_metres: bool, points: &[Point]) -> Unit {
         "4326" | "4258" | "4979" | "CRS84" | "CRS84H" => return Unit::Degrees,
         _ => {}
     }
+    if let Some(grid) = Utm::of_epsg(code) {
+        return Unit::Grid(grid);
+    }
     let range = |k: usize| points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
     let (x, y) = (range(0), range(1));
     let on_globe = x.0 >= -180.0 && x.1 <= 180.0 && y.0 >= -90.0 && y.1 <= 90.0;
@@ -122,7 +187,7 @@ fn unit(crs: Option<&str>, in_metres: bool, points: &[Point]) -> Unit {
 }
 
 fn degrees_of_web_mercator([x, y]: Point) -> Point {
-    [(x / EQUATOR_RADIUS_M).to_degrees(), (y / EQUATOR_RADIUS_M).sinh().atan().to_degrees()]
+    [(x / WEB_RADIUS_M).to_degrees(), (y / WEB_RADIUS_M).sinh().atan().to_degrees()]
 }
 
 #[cfg(test)]
@@ -149,8 +214,29 @@ mod tests {
     }
 
     #[test]
+    fn a_grids_metres_stay_and_say_where_they_are() {
+        // Hamburg lies 1° east of the middle of zone 32: its grid north is 0.8° east of north, and its metres are 0.35 ‰ too long.
+        let utm = [[566_600.0, 5_932_800.0], [566_700.0, 5_932_900.0]];
+        let projection = of(Some("urn:ogc:def:crs:EPSG::32632"), &utm);
+        assert_eq!(projection.metres(utm[1]), utm[1]);
+        let place = projection.georeference().unwrap();
+        assert!((place.longitude_deg - 10.0).abs() < 0.02 && (place.latitude_deg - 53.54).abs() < 0.01, "{place:?}");
+        // Convergence is Δλ · sin φ, the grid's scale 0.9996 · (1 + x²/2R²).
+        let convergence = (place.longitude_deg - 9.0).to_radians() * place.latitude_deg.to_radians().sin();
+        let grid = 0.9996 * (1.0 + (66_650.0f64 / 6_384_000.0).powi(2) / 2.0);
+        assert!((place.bearing_rad - convergence).abs() < 1e-5 && (place.scale * grid - 1.0).abs() < 1e-6, "{place:?}");
+        // Every corner is where the grid has it, to a tenth of a millimetre.
+        let grid = Utm::of_epsg("32632").unwrap();
+        for corner in utm {
+            let [easting, northing] = grid.metres(degrees(&place, Pt2::new(corner[0], corner[1])));
+            assert!((easting - corner[0]).hypot(northing - corner[1]) < 1e-4, "{easting}, {northing}");
+        }
+        assert_eq!(of(Some("EPSG:32632"), &[[1e8, 0.0]]).georeference(), None);
+    }
+
+    #[test]
     fn web_mercator_is_shrunk_to_true_metres() {
-        let north = EQUATOR_RADIUS_M * (53.54f64.to_radians().tan()).asinh();
+        let north = WEB_RADIUS_M * (53.54f64.to_radians().tan()).asinh();
         let points = [[1_113_194.0, north], [1_113_294.0, north]];
         let [x, _] = of(Some("EPSG:3857"), &points).metres(points[1]);
         // cos 53.54° = 0.594, and the ellipsoid's radius there is 0.2 % over the sphere's.
@@ -163,24 +249,24 @@ mod tests {
             bearing_rad in -TAU..TAU,
             (x, y) in (-1500.0..1500.0, -1500.0..1500.0),
         ) {
-            let place = Georeference { longitude_deg, latitude_deg, bearing_rad };
+            let place = Georeference::at_origin(longitude_deg, latitude_deg, bearing_rad);
             prop_assert!(is_place(&place));
-            let globe = Projection { unit: Unit::Degrees, origin_deg: [longitude_deg, latitude_deg] };
-            let [east, north] = globe.metres(degrees(&place, Pt2::new(x, y)));
+            let [east, north] = LocalMap::around([longitude_deg, latitude_deg]).metres(degrees(&place, Pt2::new(x, y)));
             // East and north, turned back: x lies clockwise of y, and y at the bearing.
             let (s, c) = bearing_rad.sin_cos();
             let error = (east * c - north * s - x).hypot(east * s + north * c - y);
-            // A degree's last digit at 180 is 3 nm.
-            prop_assert!(error < 1e-7, "{error} m");
+            // What the series leave out is 0.1 µm, and a degree's last digit at 180 is 3 nm.
+            prop_assert!(error < 1e-6, "{error} m");
         }
     }
 
     #[test]
     fn the_bearing_is_where_the_plans_top_points() {
         // A plan whose top is east: what lies up is east, what lies right is south.
-        let place = Georeference { longitude_deg: 10.0, latitude_deg: 53.5, bearing_rad: std::f64::consts::FRAC_PI_2 };
+        let place = Georeference::at_origin(10.0, 53.5, std::f64::consts::FRAC_PI_2);
+        // The parallel bends away from a straight line by x²/2R · tan φ: 1 mm over 100 m.
         let [longitude, latitude] = degrees(&place, Pt2::new(0.0, 100.0));
-        assert!(longitude > 10.001 && (latitude - 53.5).abs() < 1e-9, "{longitude}, {latitude}");
+        assert!(longitude > 10.001 && (latitude - 53.5).abs() < 1.1e-8, "{longitude}, {latitude}");
         assert!(degrees(&place, Pt2::new(100.0, 0.0))[1] < 53.4995);
     }
 
@@ -189,7 +275,7 @@ mod tests {
         for (longitude_deg, latitude_deg, bearing_rad) in
             [(0.0, 90.0, 0.0), (181.0, 0.0, 0.0), (f64::NAN, 0.0, 0.0), (0.0, 0.0, f64::INFINITY)]
         {
-            assert!(!is_place(&Georeference { longitude_deg, latitude_deg, bearing_rad }));
+            assert!(!is_place(&Georeference::at_origin(longitude_deg, latitude_deg, bearing_rad)));
         }
     }
 }

@@ -1,13 +1,16 @@
 //! Which storey is this on? Elements sorted by what their file calls the storey.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use planwalk_types::{Building, Element, Level};
+use planwalk_types::{Building, Element, ElementKind, Level};
 
 use super::PlanFileError;
 
 /// Names told in a note.
 const NAMES_TOLD: usize = 8;
+
+/// No building's storeys are numbered beyond this.
+const FARTHEST_ORDINAL: f64 = 1e6;
 
 /// What a file says of one of its storeys.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,42 +21,83 @@ pub(super) struct Storey {
     pub ordinal: Option<i32>,
 }
 
-/// Sorts elements by storey. Those that say none are on all of them: outlines of the building, as a rule.
+/// An element, and the storeys that it belongs to, by their keys.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OnStoreys {
+    /// Where it is drawn; none stands for all.
+    pub on: Vec<String>,
+    /// Which it joins.
+    pub joins: BTreeSet<String>,
+    /// What is drawn.
+    pub element: Element,
+}
+
+/// Sorts elements by storey. Those that say none are on all of them: outlines of the building, as a rule. Stairs and lifts join the
+/// storeys that they are on if those are several, and those that they are said to.
 ///
 /// A storey that the file says nothing more of has the number that its key is, if it is one; else it follows the others in the
 /// order of the keys.
-pub(super) fn sort(elements: Vec<(Option<String>, Element)>, said: &BTreeMap<String, Storey>) -> Vec<Level> {
-    let mut by_key: BTreeMap<String, Vec<Element>> = BTreeMap::new();
+pub(super) fn sort(elements: Vec<OnStoreys>, said: &BTreeMap<String, Storey>) -> Vec<Level> {
+    let number = |key: &str| said.get(key).and_then(|s| s.ordinal.map(f64::from)).or_else(|| key.trim().parse().ok());
+    let all: BTreeSet<&String> = elements.iter().flat_map(|e| &e.on).collect();
+    if all.is_empty() {
+        return Building::of_one_level(elements.into_iter().map(|e| e.element).collect()).levels;
+    }
+    let mut keys: Vec<(f64, String)> =
+        all.into_iter().map(|key| (number(key).filter(|n| n.is_finite()).unwrap_or(f64::INFINITY), key.clone())).collect();
+    keys.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+    let numbers: Vec<f64> = keys.iter().map(|(number, _)| *number).collect();
+    let order = ordinals(&numbers);
+    let ordinal_of: BTreeMap<&str, i32> = keys.iter().map(|(_, key)| key.as_str()).zip(order.iter().copied()).collect();
+    let mut on: BTreeMap<&str, Vec<Element>> = BTreeMap::new();
     let mut everywhere = Vec::new();
-    for (key, element) in elements {
-        match key {
-            Some(key) => by_key.entry(key).or_default().push(element),
+    for OnStoreys { on: own, joins, mut element } in elements {
+        let leads = matches!(element.kind, ElementKind::Stairs | ElementKind::Lift);
+        let several = own.iter().filter(|_| leads && own.len() > 1);
+        let joined = several.chain(&joins).filter_map(|key| ordinal_of.get(key.as_str()).copied()).collect::<BTreeSet<i32>>();
+        element.joins.extend(joined.into_iter().filter(|_| leads));
+        match own.split_last() {
             None => everywhere.push(element),
+            Some((last, others)) => {
+                let own = others.iter().map(|key| (key, element.clone())).collect::<Vec<_>>();
+                for (key, element) in own.into_iter().chain([(last, element)]) {
+                    if let Some((key, _)) = ordinal_of.get_key_value(key.as_str()) {
+                        on.entry(key).or_default().push(element);
+                    }
+                }
+            }
         }
     }
-    if by_key.is_empty() {
-        return Building::of_one_level(everywhere).levels;
-    }
-    let number = |key: &str| said.get(key).and_then(|s| s.ordinal.map(f64::from)).or_else(|| key.trim().parse().ok());
-    let mut keys: Vec<(f64, String)> =
-        by_key.keys().map(|key| (number(key).filter(|n| n.is_finite()).unwrap_or(f64::MAX), key.clone())).collect();
-    keys.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
-    let ground = keys.iter().position(|(number, _)| *number >= 0.0).unwrap_or(0) as i32;
-    let whole = keys.iter().all(|(number, _)| *number == number.trunc() && number.abs() < 1e6);
-    let level = |(at, (number, key)): (usize, (f64, String))| {
-        let ordinal = if whole { number as i32 } else { at as i32 - ground };
-        let elements = by_key.remove(&key).unwrap_or_default().into_iter().chain(everywhere.iter().cloned()).collect();
-        Level { ordinal, name: said.get(&key).and_then(|s| s.name.clone()).unwrap_or(key), elements }
+    let level = |(key, ordinal): (&(f64, String), i32)| {
+        let elements = on.remove(key.1.as_str()).unwrap_or_default().into_iter().chain(everywhere.iter().cloned()).collect();
+        Level { ordinal, name: said.get(&key.1).and_then(|s| s.name.clone()).unwrap_or_else(|| key.1.clone()), elements }
     };
-    keys.into_iter().enumerate().map(level).collect()
+    keys.iter().zip(order.iter().copied()).map(level).collect()
+}
+
+/// Order of storeys from below by their numbers, which rise; the ground floor is 0. Whole numbers stay themselves; where there are
+/// storeys between them, all are counted: -1, 0, 0.5, 1 become -1, 0, 1, 2. Infinite numbers are storeys of which none is known.
+pub(super) fn ordinals(numbers: &[f64]) -> Vec<i32> {
+    if numbers.iter().all(|number| *number == number.trunc() && number.abs() < FARTHEST_ORDINAL) {
+        return numbers.iter().map(|number| *number as i32).collect();
+    }
+    let below = numbers.iter().filter(|number| **number < 0.0).count() as i32;
+    // The ground floor counts even where nothing is drawn on it.
+    let is_above = |number: f64| number > 0.0 && number.is_finite();
+    let gap = i32::from(!numbers.contains(&0.0) && numbers.iter().any(|number| is_above(*number)));
+    (-below..).zip(numbers).map(|(place, number)| if *number > 0.0 { place + gap } else { place }).collect()
 }
 
 /// The storey that is asked for by name or ordinal; without a wish the ground floor, or the lowest above it, or the highest.
 ///
 /// # Errors
-/// [`PlanFileError::NoSuchLevel`] with those that there are.
+/// [`PlanFileError::NoSuchLevel`] with those that there are; [`PlanFileError::NothingDrawn`] where there are none.
 pub(super) fn choose<'a>(building: &'a Building, wish: Option<&str>, notes: &mut Vec<String>) -> Result<&'a Level, PlanFileError> {
     let levels = &building.levels;
+    if levels.is_empty() {
+        let why = "it has no storeys: write at least one into its \"levels\", or import the plan again";
+        return Err(PlanFileError::NothingDrawn { format: "plan", why: why.to_owned() });
+    }
     let names = || {
         let names: Vec<&str> = levels.iter().take(NAMES_TOLD).map(|level| level.name.as_str()).collect();
         let more = if levels.len() > NAMES_TOLD { format!(" and {} more", levels.len() - NAMES_TOLD) } else { String::new() };
@@ -77,13 +121,15 @@ pub(super) fn choose<'a>(building: &'a Building, wish: Option<&str>, notes: &mut
 mod tests {
     use super::*;
     use planwalk_types::{ElementKind, Form, Pt2};
+    use proptest::prelude::*;
 
     fn at(x: f64) -> Element {
         Element::new(ElementKind::Wall, Form::Spot(Pt2::new(x, 0.0)))
     }
 
     fn of(keys: &[Option<&str>], said: &[(&str, &str, i32)]) -> Vec<(i32, String, usize)> {
-        let elements = keys.iter().map(|key| (key.map(str::to_owned), at(0.0))).collect();
+        let on = |key: &Option<&str>| key.iter().map(|key| (*key).to_owned()).collect();
+        let elements = keys.iter().map(|key| OnStoreys { on: on(key), joins: BTreeSet::new(), element: at(0.0) }).collect();
         let storey = |name: &str, ordinal| Storey { name: Some(name.to_owned()), ordinal: Some(ordinal) };
         let said = said.iter().map(|(key, name, ordinal)| ((*key).to_owned(), storey(name, *ordinal))).collect();
         sort(elements, &said).into_iter().map(|level| (level.ordinal, level.name, level.elements.len())).collect()
@@ -104,6 +150,56 @@ mod tests {
         );
         assert_eq!(of(&[Some("b"), Some("a")], &[]), levels(&[(0, "a", 1), (1, "b", 1)]));
         assert_eq!(of(&[Some("k1"), Some("k0")], &[("k1", "Upper", 1), ("k0", "Ground", 0)]), levels(&[(0, "Ground", 1), (1, "Upper", 1)]));
+    }
+
+    #[test]
+    fn stairs_join_the_storeys_that_they_are_on_or_are_said_to() {
+        let kind = |kind| Element::new(kind, Form::Spot(Pt2::new(0.0, 0.0)));
+        let element = |on: &[&str], joins: &[&str], element| OnStoreys {
+            on: on.iter().map(|key| (*key).to_owned()).collect(),
+            joins: joins.iter().map(|key| (*key).to_owned()).collect(),
+            element,
+        };
+        let levels = sort(
+            vec![
+                element(&["1", "0"], &[], kind(ElementKind::Stairs)),
+                element(&["0"], &["0", "2", "9"], kind(ElementKind::Lift)),
+                element(&["0", "1", "2"], &[], kind(ElementKind::Wall)),
+            ],
+            &BTreeMap::new(),
+        );
+        let joins: Vec<Vec<&[i32]>> = levels.iter().map(|l| l.elements.iter().map(|e| e.joins.as_slice()).collect()).collect();
+        // What is not in the file is joined to nothing.
+        assert_eq!(joins, [vec![&[0, 1][..], &[0, 2], &[]], vec![&[0, 1], &[]], vec![&[]]]);
+    }
+
+    #[test]
+    fn the_ground_floor_is_zero_and_mezzanines_are_counted() {
+        let none = f64::INFINITY;
+        assert_eq!(ordinals(&[-1.0, 0.0, 0.5, 1.0]), [-1, 0, 1, 2]);
+        assert_eq!(ordinals(&[-2.0, 0.0, 3.0]), [-2, 0, 3]);
+        assert_eq!(ordinals(&[-2.0, -0.5, 0.0, 1.0]), [-2, -1, 0, 1]);
+        assert_eq!(ordinals(&[-1.0, 0.5, 2.0]), [-1, 1, 2], "without a ground floor");
+        assert_eq!(ordinals(&[none, none]), [0, 1], "nothing is known");
+        assert_eq!(ordinals(&[-1.0, none]), [-1, 0]);
+        assert_eq!(ordinals(&[]), [0i32; 0]);
+    }
+
+    proptest! {
+        #[test]
+        fn ordinals_rise_with_their_storeys(halves in prop::collection::btree_set(-20i32..20, 1..12)) {
+            let numbers: Vec<f64> = halves.iter().map(|half| 0.5 * f64::from(*half)).collect();
+            let ordinals = ordinals(&numbers);
+            prop_assert!(ordinals.windows(2).all(|pair| pair[0] < pair[1]), "{ordinals:?}");
+        }
+    }
+
+    #[test]
+    fn a_plan_without_storeys_says_so() {
+        for wish in [None, Some("1")] {
+            let error = choose(&Building::default(), wish, &mut Vec::new()).unwrap_err().to_string();
+            assert!(error.contains("no storeys"), "{error}");
+        }
     }
 
     #[test]

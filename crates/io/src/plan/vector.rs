@@ -15,6 +15,8 @@ const FINEST_M: f64 = 0.05;
 const CELLS_WANTED: f64 = 2e7;
 /// Coarsest cell, metres: half a door.
 const COARSEST_M: f64 = 0.4;
+/// Coarsest cell of a map of roads, which has no doors: half of the narrowest road. A town of 50 km² is no more cells than a floor.
+const COARSEST_ROADS_M: f64 = 1.6;
 /// Nothing is drawn here, metres around the shapes: a wall at the rim has two sides.
 const MARGIN_M: f64 = 1.0;
 /// Most crossings of edges with rows of cells, and points on outlines, together: some seconds. A million vertices of a real plan
@@ -64,7 +66,8 @@ pub(super) fn draw(elements: &[Element], notes: &mut Vec<String>) -> Result<Floo
     for element in elements.iter().filter(|e| e.kind == ElementKind::Door) {
         canvas.solid(&element.form, Cell::Door)?;
     }
-    canvas.plan(floors > 0, notes)
+    let only_floors = elements.iter().all(|element| element.kind == ElementKind::Floor);
+    canvas.plan(floors > 0, only_floors, notes)
 }
 
 /// A grid that is being drawn on, row 0 at the bottom.
@@ -87,15 +90,17 @@ impl Canvas {
         if low[0] > high[0] {
             return Err(PlanError::NoWalls.into());
         }
+        let coarsest_m = if elements.iter().all(|e| e.kind == ElementKind::Floor) { COARSEST_ROADS_M } else { COARSEST_M };
         let mut cell_m = FINEST_M;
-        while size_m[0] * size_m[1] > CELLS_WANTED * cell_m * cell_m && cell_m < COARSEST_M {
+        while size_m[0] * size_m[1] > CELLS_WANTED * cell_m * cell_m && cell_m < coarsest_m {
             cell_m *= 2.0;
         }
         // Written so that what is not finite is refused too.
         let fits = size_m[0] * size_m[1] <= CELLS_WANTED * cell_m * cell_m && low.iter().chain(&high).all(|v| v.abs() < 1e9);
         if !fits {
             let far = points().max_by(|a, b| a.x.hypot(a.y).total_cmp(&b.x.hypot(b.y))).unwrap_or(Pt2::new(0.0, 0.0));
-            return Err(PlanFileError::TooWide { width_m: size_m[0], height_m: size_m[1], x: far.x, y: far.y });
+            let limit_km2 = CELLS_WANTED * coarsest_m * coarsest_m / 1e6;
+            return Err(PlanFileError::TooWide { width_m: size_m[0], height_m: size_m[1], limit_km2, x: far.x, y: far.y });
         }
         if cell_m > FINEST_M {
             notes.push(format!("the site is large: cells are {cell_m} m wide instead of {FINEST_M} m"));
@@ -284,28 +289,35 @@ impl Canvas {
         Ok(edges)
     }
 
-    /// The plan: ground under no floor is free where floors are few, else not known.
-    fn plan(mut self, has_floors: bool, notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
-        let origin: Pt2<Plan> = Pt2::new(self.origin[0], self.origin[1]);
-        let bare: Vec<Cell> = self.cells.iter().map(|c| if *c == Cell::Unknown { Cell::Free } else { *c }).collect();
-        let plan = FloorPlan::new(origin, self.cell_m, self.width, self.height, bare)?;
+    /// The plan: ground under no floor is free where floors are few, else not known. Where floors are all that is drawn, as of roads,
+    /// what lies between them is not known either.
+    fn plan(self, has_floors: bool, only_floors: bool, notes: &mut Vec<String>) -> Result<FloorPlan, PlanFileError> {
+        let Self { origin: [x, y], cell_m, width, height, cells, .. } = self;
+        if has_floors && only_floors {
+            notes.push(NOT_KNOWN.to_owned());
+            return Ok(FloorPlan::new(Pt2::new(x, y), cell_m, width, height, cells)?);
+        }
+        let bare: Vec<Cell> = cells.iter().map(|c| if *c == Cell::Unknown { Cell::Free } else { *c }).collect();
+        let plan = FloorPlan::new(Pt2::new(x, y), cell_m, width, height, bare)?;
         if !has_floors {
             return Ok(plan);
         }
-        let enclosed = |i: &usize| plan.inside()[*i] > 0.5;
-        let (floor, ground): (Vec<usize>, Vec<usize>) =
-            (0..self.cells.len()).filter(enclosed).partition(|i| self.cells[*i] != Cell::Unknown);
-        let share = floor.len() as f64 / (floor.len() + ground.len()).max(1) as f64;
+        let enclosed = || plan.inside().iter().zip(&cells).filter(|(inside, _)| **inside > 0.5);
+        let floor = enclosed().filter(|(_, cell)| **cell != Cell::Unknown).count();
+        let share = floor as f64 / enclosed().count().max(1) as f64;
         if share < FLOORS_ARE_ALL {
             let percent = 100.0 * share;
             notes.push(format!("the floor areas cover only {percent:.0} % of what walls enclose: what lies between counts as floor too"));
             return Ok(plan);
         }
-        notes.push("what lies under no floor area counts as not known: one may walk there, but it is unlikely".to_owned());
-        let cells = std::mem::take(&mut self.cells);
-        Ok(FloorPlan::new(origin, self.cell_m, self.width, self.height, cells)?)
+        notes.push(NOT_KNOWN.to_owned());
+        drop(plan);
+        Ok(FloorPlan::new(Pt2::new(x, y), cell_m, width, height, cells)?)
     }
 }
+
+/// What is said of ground that is not drawn.
+const NOT_KNOWN: &str = "what lies under no floor area counts as not known: one may walk there, but it is unlikely";
 
 /// A piece of a ring: the rows whose centres it crosses, and where, in columns: `at_zero + slope · y`.
 struct Edge {
@@ -405,6 +417,23 @@ mod tests {
         let at = |x, y| plan.at(Pt2::new(x, y));
         // Where they meet there is no wall.
         assert_eq!([at(10.0, 4.0), at(8.02, 3.9), at(4.0, 4.09), at(4.0, 4.5)], [Cell::Free, Cell::Free, Cell::Wall, Cell::Unknown]);
+    }
+
+    #[test]
+    fn roads_of_a_town_are_drawn_and_its_blocks_are_not_ground() {
+        // Eleven streets each way, 4 km long and 6 m wide: blocks of 400 m that are enclosed on all sides.
+        let street = |ring: Vec<Pt2<Plan>>| Element::new(ElementKind::Floor, Form::Area(vec![ring]));
+        let of = |k: i32| 400.0 * f64::from(k);
+        let across = (0..11).map(|k| street(ring(0.0, of(k), 4000.0, of(k) + 6.0)));
+        let along = (0..11).map(|k| street(ring(of(k), 0.0, of(k) + 6.0, 4000.0)));
+        let mut streets: Vec<Element> = across.chain(along).collect();
+        let plan = drawn(&streets);
+        let at = |x, y| plan.at(Pt2::new(x, y));
+        assert_eq!([at(2000.0, 1603.0), at(1403.0, 803.0), at(1000.0, 1000.0)], [Cell::Free, Cell::Free, Cell::Unknown]);
+        // 16 km² in cells of 1.6 m are 6 million; as a floor with walls they are too many.
+        assert!(plan.cell_m() > 0.4 && plan.width() * plan.height() <= CELLS_WANTED as usize);
+        streets.push(Element::new(ElementKind::Wall, Form::Line(chain(&[[0.0, 0.0], [5.0, 0.0]]))));
+        assert!(matches!(draw(&streets, &mut Vec::new()), Err(PlanFileError::TooWide { .. })));
     }
 
     #[test]

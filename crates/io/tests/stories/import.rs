@@ -46,6 +46,20 @@ fn every_plan_at_hand_is_read_or_refused_with_a_remedy() {
     }
 }
 
+#[test]
+fn real_towns_of_roads_are_read_and_their_blocks_are_no_ground() {
+    // 2.0 × 2.1 km and 3.2 × 3.6 km: more than any floor.
+    for name in ["kitti_odometry/osm/kitti_00.osm", "kitti_odometry/osm/kitti_09.osm"] {
+        let Some(path) = data(name) else { return };
+        let plan = plan::read(&path, &PlanOptions::default()).unwrap().plan;
+        let [width, height] = [plan.width(), plan.height()];
+        assert!(plan.cell_m() <= 1.6 && width * height <= 20_000_000, "{name}: {width} × {height} cells of {} m", plan.cell_m());
+        let roads_m2 = plan.cells().iter().filter(|cell| **cell == Cell::Free).count() as f64 * plan.cell_m() * plan.cell_m();
+        // 30 and 44 km of roads, 3 to 14 m wide.
+        assert!((100_000.0..500_000.0).contains(&roads_m2), "{name}: {roads_m2} m² of road");
+    }
+}
+
 /// Points every 5 cm along a chain.
 fn along(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
     let count = ((to[0] - from[0]).hypot(to[1] - from[1]) / 0.05).ceil().max(1.0) as usize;

@@ -1,5 +1,7 @@
 //! One story a claim.
 
+mod georeference;
+mod hostile;
 mod import;
 mod plan;
 mod rooms;

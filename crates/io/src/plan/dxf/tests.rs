@@ -259,3 +259,10 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn more_entities_than_any_floor_has_are_refused() {
+    let crowd = file("", "", "", &"0 POINT ".repeat(OBJECTS_LIMIT + 1));
+    let refused = read(crowd.as_bytes());
+    assert!(matches!(refused, Err(PlanFileError::DrawingTooLarge { .. })), "{:?}", refused.map(|sketch| sketch.notes));
+}

@@ -2,7 +2,8 @@
 //!
 //! In the plan's own metres it is GeoJSON in form only, and says so by `"frame": "plan", "units": "m"`; this program's reader goes
 //! by that. On the globe it is RFC 7946: WGS 84, outlines anticlockwise, holes clockwise, 7 decimals (1 cm).
-//! Properties: `type` (wall, window, door, floor, room, stairs, lift), `name`, `level`, `ordinal`, `source`.
+//! Properties: `type` (wall, window, door, floor, room, stairs, lift), `name`, `level`, `ordinal`, `joins`
+//! (ordinals, `0;1`), `source`.
 
 use planwalk_types::{Element, Form, Georeference, Level, Plan, Pt2};
 
@@ -54,8 +55,14 @@ fn properties(element: &Element, level: &Level) -> String {
         ("name", element.name.as_deref().map(quoted)),
         ("level", Some(quoted(&level.name))),
         ("ordinal", Some(level.ordinal.to_string())),
+        ("joins", (!element.joins.is_empty()).then(|| quoted(&joins(element)))),
         ("source", element.source.as_deref().map(quoted)),
     ])
+}
+
+/// Ordinals of the storeys that stairs or a lift join: `0;1`.
+fn joins(element: &Element) -> String {
+    element.joins.iter().map(i32::to_string).collect::<Vec<_>>().join(";")
 }
 
 /// Type and coordinates.
@@ -179,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_storey_on_the_globe_is_read_with_the_same_rooms() {
-        let place = Georeference { longitude_deg: 10.0, latitude_deg: 53.5, bearing_rad: 0.0 };
+        let place = Georeference::at_origin(10.0, 53.5, 0.0);
         let text = geojson_on_globe(&flat(), &place).unwrap();
         assert!(!text.contains("units"));
         let globe = read(&text);
@@ -193,7 +200,7 @@ mod tests {
 
     #[test]
     fn what_is_no_place_is_refused() {
-        let place = Georeference { longitude_deg: 10.0, latitude_deg: -90.0, bearing_rad: 0.0 };
+        let place = Georeference::at_origin(10.0, -90.0, 0.0);
         let error = geojson_on_globe(&flat(), &place).unwrap_err().to_string();
         assert!(error.contains("latitude -90°"), "{error}");
     }
@@ -212,14 +219,14 @@ mod tests {
         ) {
             let line: Vec<Pt2<Plan>> = points.iter().map(|(x, y)| Pt2::new(*x, *y)).collect();
             let walls = Element::new(ElementKind::Wall, Form::Line(line.clone()));
-            let place = Georeference { longitude_deg, latitude_deg, bearing_rad };
+            let place = Georeference::at_origin(longitude_deg, latitude_deg, bearing_rad);
             let text = geojson_on_globe(&Level { elements: vec![walls], ..Level::default() }, &place).unwrap();
             let globe = positions(&text);
             for degree in globe.iter().flatten() {
                 prop_assert!((degree * 1e7 - (degree * 1e7).round()).abs() < 1e-6);
             }
-            // The reader's plane touches the earth at the first point, with north up. 170 m from the writer's, at 65°, its
-            // metres of longitude differ by 6e-5: 2 cm over 340 m. Rounding adds 8 mm at either point.
+            // The reader's map has north up at the first point. 170 m from the writer's, at 65°, its north differs by 6e-5: 2 cm over
+            // 340 m. Rounding adds 8 mm at either point.
             let projection = Projection::of(Some("urn:ogc:def:crs:OGC:1.3:CRS84"), false, &globe, &mut Vec::new());
             let (s, c) = bearing_rad.sin_cos();
             for (at, meant) in globe.iter().zip(&line) {

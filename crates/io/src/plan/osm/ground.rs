@@ -138,7 +138,7 @@ impl<'m> Ground<'m> {
             let count = self.missing.len();
             notes.push(format!("{count} nodes that are referred to are not in the file: ways are drawn without them"));
         }
-        self.plane.map(|(_, [longitude_deg, latitude_deg])| Georeference { longitude_deg, latitude_deg, bearing_rad: 0.0 })
+        self.plane.map(|(_, [longitude_deg, latitude_deg])| Georeference::at_origin(longitude_deg, latitude_deg, 0.0))
     }
 }
 

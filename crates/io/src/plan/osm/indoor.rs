@@ -134,10 +134,13 @@ struct Outline<'m> {
     rank: u8,
 }
 
+/// What is on each storey, with the storeys that stairs and lifts are on.
+pub(super) type Storeys = BTreeMap<Level, Vec<(Element, BTreeSet<Level>)>>;
+
 /// What is drawn so far.
 pub(super) struct Indoor<'g, 'm> {
     ground: &'g mut Ground<'m>,
-    storeys: BTreeMap<Level, Vec<Element>>,
+    storeys: Storeys,
     outlines: Vec<Outline<'m>>,
     without_level: usize,
     unread_levels: BTreeMap<String, usize>,
@@ -146,7 +149,7 @@ pub(super) struct Indoor<'g, 'm> {
 }
 
 /// Draws what is indoors, storey by storey.
-pub(super) fn draw(ground: &mut Ground, notes: &mut Vec<String>) -> Result<BTreeMap<Level, Vec<Element>>, PlanFileError> {
+pub(super) fn draw(ground: &mut Ground, notes: &mut Vec<String>) -> Result<Storeys, PlanFileError> {
     let map = ground.map;
     let mut indoor = Indoor {
         ground,
@@ -211,9 +214,11 @@ impl<'m> Indoor<'_, 'm> {
 
     fn push(&mut self, levels: &BTreeSet<Level>, element: Element) -> Result<(), PlanFileError> {
         let points = element.form.points().count();
+        let leads = matches!(element.kind, ElementKind::Stairs | ElementKind::Lift) && levels.len() > 1;
+        let joins = if leads { levels.clone() } else { BTreeSet::new() };
         for level in levels {
-            self.ground.spend(points)?;
-            self.storeys.entry(*level).or_default().push(element.clone());
+            self.ground.spend(points + joins.len())?;
+            self.storeys.entry(*level).or_default().push((element.clone(), joins.clone()));
         }
         Ok(())
     }
@@ -238,7 +243,7 @@ impl<'m> Indoor<'_, 'm> {
             }
         };
         for form in forms {
-            let element = Element { kind, form, name: tags.label(), source: Some(source("way", way.id, tags)) };
+            let element = Element { name: tags.label(), source: Some(source("way", way.id, tags)), ..Element::new(kind, form) };
             self.push(&levels, element)?;
         }
         if !matches!(extent, Extent::Ribbon(_)) {
@@ -259,8 +264,8 @@ impl<'m> Indoor<'_, 'm> {
             let is_in = |hole: &[Place]| is_one || hole.first().is_some_and(|place| ground::is_inside(*place, &outline));
             let inside: Vec<_> = holes.extract_if(.., |(_, hole)| is_in(hole)).collect();
             let rings = std::iter::once(outline).chain(inside.iter().map(|(_, hole)| hole.clone())).collect();
-            let element =
-                Element { kind, form: Form::Area(rings), name: tags.label(), source: Some(source("relation", relation.id, tags)) };
+            let source = Some(source("relation", relation.id, tags));
+            let element = Element { name: tags.label(), source, ..Element::new(kind, Form::Area(rings)) };
             self.push(&levels, element)?;
             for nodes in std::iter::once(nodes).chain(inside.into_iter().map(|(nodes, _)| nodes)) {
                 self.outline(kind, Cow::Owned(nodes), levels.clone());
@@ -319,7 +324,7 @@ impl<'m> Indoor<'_, 'm> {
                 _ => continue,
             };
             let levels = self.levels(tags)?;
-            self.push(&levels, Element { kind, form, name: tags.label(), source: Some(source("node", *node, tags)) })?;
+            self.push(&levels, Element { name: tags.label(), source: Some(source("node", *node, tags)), ..Element::new(kind, form) })?;
         }
         Ok(())
     }
@@ -377,7 +382,7 @@ impl<'m> Indoor<'_, 'm> {
         let Some(place) = self.ground.place(node) else { return Ok(()) };
         let wide = on.zip(ground::width_m(tags)).and_then(|((nodes, at), width_m)| self.ground.opening(nodes, at, width_m));
         let form = wide.unwrap_or(Form::Spot(place));
-        self.push(levels, Element { kind, form, name: tags.label(), source: Some(source("node", node, tags)) })
+        self.push(levels, Element { name: tags.label(), source: Some(source("node", node, tags)), ..Element::new(kind, form) })
     }
 
     fn tell(&self, notes: &mut Vec<String>) {

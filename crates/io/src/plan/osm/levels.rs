@@ -11,7 +11,7 @@ const FARTHEST: f64 = 1000.0;
 
 /// A storey as OpenStreetMap numbers them, in thousandths; 0 is the ground floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub(super) struct Level(i32);
+pub(in super::super) struct Level(i32);
 
 impl Level {
     fn of(number: &str) -> Option<Self> {
@@ -20,13 +20,18 @@ impl Level {
     }
 
     /// Its number.
-    pub(super) fn name(self) -> String {
-        (f64::from(self.0) / 1000.0).to_string()
+    pub(in super::super) fn number(self) -> f64 {
+        f64::from(self.0) / 1000.0
+    }
+
+    /// The same in digits.
+    pub(in super::super) fn name(self) -> String {
+        self.number().to_string()
     }
 }
 
 /// The storeys that a value lists; `None` if it is not to be understood.
-pub(super) fn parse(value: &str) -> Option<BTreeSet<Level>> {
+pub(in super::super) fn parse(value: &str) -> Option<BTreeSet<Level>> {
     let mut levels = BTreeSet::new();
     for part in value.split([';', ',']).map(str::trim).filter(|part| !part.is_empty()) {
         let (from, to) = Level::of(part).map(|one| (one, one)).or_else(|| range(part))?;
@@ -45,19 +50,6 @@ fn range(part: &str) -> Option<(Level, Level)> {
         let (from, to) = (part.get(..at)?, part.get(at + dash.len()..)?);
         Some((Level::of(from)?, Level::of(to)?))
     })
-}
-
-/// Order of the storeys from below, the ground floor being 0. Whole numbers stay themselves; where there are storeys between them,
-/// all are counted: -1, 0, 0.5, 1 become -1, 0, 1, 2.
-pub(super) fn ordinals(all: &BTreeSet<Level>) -> Vec<i32> {
-    if all.iter().all(|level| level.0 % 1000 == 0) {
-        return all.iter().map(|level| level.0 / 1000).collect();
-    }
-    let ground = Level::default();
-    let below = all.range(..ground).count() as i32;
-    // The ground floor counts even where nothing is drawn on it.
-    let gap = i32::from(!all.contains(&ground));
-    (-below..).zip(all).map(|(place, level)| if *level > ground { place + gap } else { place }).collect()
 }
 
 #[cfg(test)]
@@ -90,26 +82,10 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_ground_floor_is_zero_and_mezzanines_are_counted() {
-        let ordinals = |value: &str| ordinals(&parse(value).unwrap());
-        assert_eq!(ordinals("-1;0;0.5;1"), [-1, 0, 1, 2]);
-        assert_eq!(ordinals("-2;0;3"), [-2, 0, 3]);
-        assert_eq!(ordinals("-0.5;-2;0;1"), [-2, -1, 0, 1]);
-        assert_eq!(ordinals("-1;0.5;2"), [-1, 1, 2], "without a ground floor");
-    }
-
     proptest! {
         #[test]
         fn any_value_is_read_or_refused(value in "[-0-9.;, ]{0,20}") {
             prop_assert!(parse(&value).is_none_or(|levels| levels.len() <= MOST_LEVELS));
-        }
-
-        #[test]
-        fn ordinals_rise_with_their_storeys(values in prop::collection::btree_set(-20i32..20, 1..12)) {
-            let all: BTreeSet<Level> = values.iter().map(|half| Level(half * 500)).collect();
-            let ordinals = ordinals(&all);
-            prop_assert!(ordinals.windows(2).all(|pair| pair[0] < pair[1]), "{ordinals:?}");
         }
     }
 }

@@ -78,12 +78,8 @@ pub(super) fn draw(ground: &mut Ground, notes: &mut Vec<String>) -> Result<Vec<E
         };
         let class = way.tags.get("highway").unwrap_or_default();
         for ring in rings {
-            elements.push(Element {
-                kind: ElementKind::Floor,
-                form: Form::Area(vec![ring]),
-                name: way.tags.label(),
-                source: Some(format!("way {}, highway={class}", way.id)),
-            });
+            let source = Some(format!("way {}, highway={class}", way.id));
+            elements.push(Element { name: way.tags.label(), source, ..Element::new(ElementKind::Floor, Form::Area(vec![ring])) });
         }
     }
     if !elements.is_empty() {

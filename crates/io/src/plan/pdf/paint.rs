@@ -14,6 +14,11 @@ use super::{Sheet, check_clock, colour, refused, sketch_point, stop};
 /// Most pixels that all pictures of a scan paint: a page in strips paints each once.
 const MOST_PAINTED: f64 = 2e9;
 
+/// Most pixels of the paper for each of the pictures on it: those of a scan cover at least [`super::SCANNED`] of it.
+const MOST_PAPER: f64 = 4.0;
+/// Pixels that any paper may have.
+pub(super) const FEWEST_PAPER: f64 = 4e6;
+
 /// Paints the pictures of a page onto one.
 pub(super) struct Painter {
     sheet: Sheet,
@@ -25,9 +30,12 @@ pub(super) struct Painter {
 }
 
 impl Painter {
-    /// White paper with pixels of this size.
-    pub(super) fn new(sheet: Sheet, pixel_pt: f64, until: Instant) -> Result<Self, PlanFileError> {
-        let [width, height] = sheet.size_pt.map(|side| (side / pixel_pt).round().max(1.0));
+    /// White paper with pixels of this size, or larger where the pictures have few: one that is squeezed flat, or a mere stamp, would
+    /// ask for millions of pixels that say nothing.
+    pub(super) fn new(sheet: Sheet, pixel_pt: f64, pixels: f64, until: Instant) -> Result<Self, PlanFileError> {
+        let most = (MOST_PAPER * pixels).max(FEWEST_PAPER);
+        let finest_pt = (sheet.size_pt[0] * sheet.size_pt[1] / most).sqrt();
+        let [width, height] = sheet.size_pt.map(|side| (side / pixel_pt.max(finest_pt)).round().max(1.0));
         check_size(width as u32, height as u32)?;
         let (width, height) = (width as usize, height as usize);
         Ok(Self { sheet, luma: vec![255; width * height], width, height, painted: 0.0, until })

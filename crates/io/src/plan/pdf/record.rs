@@ -25,6 +25,8 @@ pub(super) struct Picture {
     pub share: f64,
     /// Its pixel's shorter side, points.
     pub pixel_pt: f64,
+    /// How many it has.
+    pub pixels: f64,
 }
 
 /// Writes down what a page draws.
@@ -172,7 +174,8 @@ impl<'a> Device<'a> for Recorder {
         let pixel_pt = a.hypot(b).min(c.hypot(d));
         let share = width * height / (self.sheet.size_pt[0] * self.sheet.size_pt[1]);
         if share > 0.0 && pixel_pt > 0.0 {
-            self.pictures.push(Picture { share, pixel_pt });
+            let pixels = f64::from(image.width()) * f64::from(image.height());
+            self.pictures.push(Picture { share, pixel_pt, pixels });
         }
     }
 

@@ -263,3 +263,27 @@ fn packed_bombs_are_found_before_they_are_unpacked() {
     file.extend(vec![b' '; 2 << 20]);
     assert!(error(file).contains("over 1536 MB when unpacked"));
 }
+
+#[test]
+fn a_picture_squeezed_flat_makes_no_paper_of_millions() {
+    // 8 × 8 px on a thousandth of a point's height: paper of its shorter side would be 50 million times as fine.
+    let picture = stream("/Type/XObject/Subtype/Image/Width 8/Height 8/BitsPerComponent 8/ColorSpace/DeviceGray", &[0; 64]);
+    let file = pages(&["200 0 0 0.001 0 50 cm /I Do"], "/Resources<</XObject<</I 10 0 R>>>>", "", &[picture]);
+    match read(file, None) {
+        Ok(PdfPage::Scan { luma, .. }) => assert!(luma.data().len() <= FEWEST_PAPER as usize + 10_000, "{}", luma.data().len()),
+        Ok(PdfPage::Drawing(sketch)) => panic!("{:?}", sketch.notes),
+        Err(why) => assert!(matches!(why, PlanFileError::NothingDrawn { .. }), "{why}"),
+    }
+}
+
+#[test]
+fn pages_that_lead_in_circles_end() {
+    let page = b"<</Type/Page/Parent 2 0 R/MediaBox[0 0 200 100]/Contents 4 0 R>>".to_vec();
+    let content = stream("", b"0 0 m 9 0 l S");
+    for kids in ["2 0 R", "3 0 R 2 0 R", "5 0 R 3 0 R"] {
+        let tree = format!("<</Type/Pages/Parent 2 0 R/Kids[{kids}]/Count 3>>").into_bytes();
+        let other = b"<</Type/Pages/Parent 2 0 R/Kids[2 0 R 5 0 R]/Count 2>>".to_vec();
+        let read = read(pdf(&[b"<</Type/Catalog/Pages 2 0 R>>".to_vec(), tree, page.clone(), content.clone(), other]), None);
+        assert!(read.is_ok() || read.is_err_and(|why| why.to_string().len() > 30), "{kids}");
+    }
+}
