@@ -3,25 +3,26 @@
 //! Darkness is the brightest of red, green and blue, over white paper where the picture is transparent: black and grey are
 //! dark, a red door or a blue note is not.
 
-use image::DynamicImage;
-use planwalk_types::Cell;
-
 use super::cells::Pixels;
+use super::scan::{self, Planes, for_runs};
+use image::DynamicImage;
 
 /// Halfway between black and white.
 const MID_GREY: u8 = 128;
 /// Share of dark pixels below which the threshold is taken to have missed the drawing: 1 cm of line in a 10 m × 10 m picture.
 const LEAST_SHARE: f64 = 1e-4;
+/// Where less of the light lines than this share is grey or white, the coloured ones are walls.
+const LEAST_GREY: f64 = 0.2;
 /// No wall is thicker than this, metres; light areas wider than this in both directions are floor.
 const THICKEST_WALL_M: f64 = 1.0;
 
 /// Wall and free pixels, and what was decided.
 pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels, Vec<String>) {
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let brightness = brightness(picture);
+    let mut planes = Planes::of(picture);
+    let (width, height) = (planes.width, planes.height);
     let mut notes = Vec::new();
-    let threshold = threshold(&brightness, &mut notes);
-    let mut is_wall: Vec<bool> = brightness.iter().map(|b| *b < threshold).collect();
+    let threshold = threshold(&planes.brightness, &mut notes);
+    let mut is_wall: Vec<bool> = planes.brightness.iter().map(|b| *b < threshold).collect();
     let dark = is_wall.iter().filter(|d| **d).count();
     if 2 * dark > is_wall.len() && dark < is_wall.len() {
         let light_is_floor = thick_share(&is_wall, width, THICKEST_WALL_M / metres_per_pixel) > 0.5;
@@ -35,28 +36,26 @@ pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels,
                 "{percent:.0} % of the picture is dark and the light parts are thin: it is read as light walls on dark ground"
             ));
             is_wall.iter_mut().for_each(|wall| *wall = !*wall);
+            leave_colours_out(&planes, &mut is_wall, &mut notes);
         }
     }
-    let cells = is_wall.iter().map(|wall| if *wall { Cell::Wall } else { Cell::Free }).collect();
+    if planes.hue.is_empty() {
+        // A large picture's brightness is not needed any more.
+        planes.brightness = Vec::new();
+    }
+    let cells = scan::cells(&planes, is_wall, metres_per_pixel, &mut notes);
     (Pixels { width, height, cells }, notes)
 }
 
-fn brightness(picture: DynamicImage) -> Vec<u8> {
-    match picture {
-        DynamicImage::ImageLuma8(grey) => grey.into_raw(),
-        DynamicImage::ImageLumaA8(grey) => grey.pixels().map(|p| over_white(p.0[0], p.0[1])).collect(),
-        DynamicImage::ImageRgb8(rgb) => rgb.pixels().map(|p| brightest(&p.0)).collect(),
-        other => other.into_rgba8().pixels().map(|p| over_white(brightest(&p.0[..3]), p.0[3])).collect(),
+/// On a dark ground, grey and white lines are walls and coloured ones are notes, if there are grey ones to speak of.
+fn leave_colours_out(planes: &Planes, is_wall: &mut [bool], notes: &mut Vec<String>) {
+    let light = is_wall.iter().filter(|wall| **wall).count();
+    let coloured = (0..is_wall.len()).filter(|i| is_wall[*i] && planes.hue_at(*i) > 0).count();
+    if coloured == 0 || ((light - coloured) as f64) < LEAST_GREY * light as f64 {
+        return;
     }
-}
-
-fn brightest(channels: &[u8]) -> u8 {
-    channels.iter().copied().max().unwrap_or(255)
-}
-
-fn over_white(value: u8, alpha: u8) -> u8 {
-    let (value, alpha) = (u32::from(value), u32::from(alpha));
-    ((value * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+    is_wall.iter_mut().enumerate().for_each(|(i, wall)| *wall &= planes.hue_at(i) == 0);
+    notes.push(format!("coloured lines, {:.0} % of what is light, left out: the walls are white", 100.0 * coloured as f64 / light as f64));
 }
 
 /// Pixels darker than this are dark: mid-grey, or, where that misses a faint drawing, the split after Otsu (1979).
@@ -113,25 +112,11 @@ fn thick_share(is_dark: &[bool], width: usize, thick_px: f64) -> f64 {
     thick as f64 / is_dark.iter().filter(|d| !**d).count().max(1) as f64
 }
 
-/// Calls `found` with each run of places where `is` holds.
-fn for_runs(count: usize, is: impl Fn(usize) -> bool, mut found: impl FnMut(std::ops::Range<usize>)) {
-    let mut start = None;
-    for i in 0..=count {
-        match (i < count && is(i), start) {
-            (true, None) => start = Some(i),
-            (false, Some(begin)) => {
-                found(begin..i);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use image::{GrayImage, Luma, Rgba, RgbaImage};
+    use planwalk_types::Cell;
 
     fn walls(picture: DynamicImage) -> (usize, Vec<String>) {
         let (pixels, notes) = classify(picture, 0.1);

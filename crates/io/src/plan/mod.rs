@@ -27,6 +27,7 @@ mod pdf;
 mod pen;
 mod projection;
 mod ros;
+mod scan;
 mod sketch;
 mod storeys;
 mod svg;
