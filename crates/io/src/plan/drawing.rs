@@ -3,9 +3,12 @@
 //! Darkness is the brightest of red, green and blue, over white paper where the picture is transparent: black and grey are
 //! dark, a red door or a blue note is not.
 
+use image::DynamicImage;
+use planwalk_types::Cell;
+
+use super::PlanFileError;
 use super::cells::Pixels;
 use super::scan::{self, Planes, for_runs};
-use image::DynamicImage;
 
 /// Halfway between black and white.
 const MID_GREY: u8 = 128;
@@ -13,11 +16,18 @@ const MID_GREY: u8 = 128;
 const LEAST_SHARE: f64 = 1e-4;
 /// Where less of the light lines than this share is grey or white, the coloured ones are walls.
 const LEAST_GREY: f64 = 0.2;
+/// Colour is of lines where it is no wider than this along a row, pixels; else it fills an area.
+const WIDEST_LINE_PX: usize = 12;
+/// A drawing has at least this share as much wall as coloured lines.
+const LEAST_DARK: f64 = 0.05;
 /// No wall is thicker than this, metres; light areas wider than this in both directions are floor.
 const THICKEST_WALL_M: f64 = 1.0;
 
 /// Wall and free pixels, and what was decided.
-pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels, Vec<String>) {
+///
+/// # Errors
+/// [`PlanFileError::ColouredLines`] for a drawing in which next to nothing is dark.
+pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> Result<(Pixels, Vec<String>), PlanFileError> {
     let mut planes = Planes::of(picture);
     let (width, height) = (planes.width, planes.height);
     let mut notes = Vec::new();
@@ -44,7 +54,24 @@ pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels,
         planes.brightness = Vec::new();
     }
     let cells = scan::cells(&planes, is_wall, metres_per_pixel, &mut notes);
-    (Pixels { width, height, cells }, notes)
+    check_colours(&planes, &cells)?;
+    Ok((Pixels { width, height, cells }, notes))
+}
+
+/// A drawing in colour, without walls in black, is not understood: to read its few dark words as walls would be worse than to say so.
+fn check_colours(planes: &Planes, cells: &[Cell]) -> Result<(), PlanFileError> {
+    if planes.hue.is_empty() {
+        return Ok(());
+    }
+    let mut coloured = 0;
+    for row in planes.hue.chunks(planes.width) {
+        for_runs(row.len(), |u| row[u] > 0, |run| coloured += if run.len() <= WIDEST_LINE_PX { run.len() } else { 0 });
+    }
+    let walls = cells.iter().filter(|cell| **cell == Cell::Wall).count();
+    if (walls as f64) < LEAST_DARK * coloured as f64 {
+        return Err(PlanFileError::ColouredLines { coloured, walls });
+    }
+    Ok(())
 }
 
 /// On a dark ground, grey and white lines are walls and coloured ones are notes, if there are grey ones to speak of.
@@ -116,10 +143,9 @@ fn thick_share(is_dark: &[bool], width: usize, thick_px: f64) -> f64 {
 mod tests {
     use super::*;
     use image::{GrayImage, Luma, Rgba, RgbaImage};
-    use planwalk_types::Cell;
 
     fn walls(picture: DynamicImage) -> (usize, Vec<String>) {
-        let (pixels, notes) = classify(picture, 0.1);
+        let (pixels, notes) = classify(picture, 0.1).unwrap();
         (pixels.cells.iter().filter(|c| **c == Cell::Wall).count(), notes)
     }
 
@@ -160,6 +186,19 @@ mod tests {
         picture.put_pixel(3, 3, Rgba([0, 0, 0, 255]));
         picture.put_pixel(4, 4, Rgba([255, 0, 0, 255]));
         assert_eq!(walls(picture.into()).0, 1);
+    }
+
+    #[test]
+    fn a_drawing_in_colour_without_a_dark_wall_is_refused_with_what_to_do() {
+        // A blue frame of three pixels, and a dark dot.
+        let is_line = |u: u32| (20..23).contains(&u) || (70..73).contains(&u);
+        let picture = image::RgbImage::from_fn(100, 100, |u, v| match (u, v) {
+            (5, 5) => image::Rgb([0, 0, 0]),
+            _ if is_line(u) => image::Rgb([0, 0, 255]),
+            _ => image::Rgb([255, 255, 255]),
+        });
+        let error = classify(picture.into(), 0.1).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("600") && error.contains("black and white"), "{error}");
     }
 
     #[test]

@@ -281,6 +281,18 @@ pub enum PlanFileError {
         /// Most corners that are followed.
         limit: usize,
     },
+    /// A picture of coloured lines: a plan in colour, or no plan.
+    #[error(
+        "the picture's lines are coloured ({coloured} px of them, and {walls} px of dark walls): walls are read where they are dark; if \
+         the coloured lines are its walls, save it in black and white first (e.g. magick IN -threshold 70% OUT.png); a view in \
+         perspective is no floor plan"
+    )]
+    ColouredLines {
+        /// Pixels of coloured lines.
+        coloured: usize,
+        /// Pixels of dark walls.
+        walls: usize,
+    },
     /// A drawing in the format that CAD programmes keep to themselves.
     #[error(
         "this is a DWG drawing ({version}), which only CAD programmes can read: save it as DXF with the one it comes from, \

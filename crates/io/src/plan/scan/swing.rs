@@ -14,15 +14,17 @@ const LEAF_M: std::ops::RangeInclusive<f64> = 0.5..=1.4;
 /// Cells of the grid that doors are looked for on, metres: a leaf has 15 or more.
 const GRID_M: f64 = 0.035;
 /// A leaf has at least this many cells: a quarter circle of fewer is a corner cut off.
-const LEAST_CELLS: f64 = 11.0;
+const LEAST_CELLS: f64 = 12.0;
 /// Leaves and their circles are lines no thicker than this, metres, or this many cells; walls and pillars are.
 const THICKEST: (f64, f64) = (0.15, 3.0);
 /// Pixels larger than this show no quarter circle, metres.
 const COARSEST_M: f64 = 0.1;
 /// Directions that leaves are looked for in: at a leaf's end, the nearest is within a cell and a half.
 const DIRECTIONS: usize = 64;
-/// Share of the quarter circle that must be drawn within a cell, and to the cell.
-const ARC_DRAWN: (f64, f64) = (0.9, 0.6);
+/// Share of the quarter circle that must be drawn, and drawn as a line whose middle keeps to it.
+const ARC_DRAWN: (f64, f64) = (0.9, 0.8);
+/// The middle of the circle's line is no farther off it than this, cells.
+const OFF_CIRCLE: f64 = 0.8;
 /// Share of the ground between leaf and circle that may be ink: a number on the door.
 const GROUND_DRAWN: f64 = 0.12;
 /// What is drawn across the opening is no thicker than this, metres: a sill, or the face of the wall.
@@ -260,8 +262,8 @@ impl Grid {
                 (0..=count as usize).filter(|i| of(*i as f64 / count * FRAC_PI_2)).count() as f64 / (count + 1.0)
             };
             let drawn = share(&|rad| is_drawn(radius, rad));
-            // What is drawn on the circle itself, not beside it, tells the best of several.
-            let exact = share(&|rad| at(radius, rad));
+            // A straight wall aslant is a chord, off the circle by more than a fifth of its radius: the line's middle must keep to it.
+            let exact = share(&|rad| self.middle(&at, radius, rad).is_some_and(|off| off.abs() <= OFF_CIRCLE));
             if drawn >= ARC_DRAWN.0
                 && exact >= ARC_DRAWN.1
                 && self.is_line(&at, radius)
@@ -272,6 +274,24 @@ impl Grid {
             }
         }
         found
+    }
+
+    /// How far from the circle the middle of the line is that crosses it here; `None` where it is no line.
+    fn middle(&self, at: &impl Fn(f64, f64) -> bool, radius: f64, rad: f64) -> Option<f64> {
+        let nearest = [0.0, 1.0, -1.0].into_iter().find(|off| at(radius + off, rad))?;
+        let end = |way: f64| (1..=6).map(|i| nearest + way * f64::from(i)).find(|off| !at(radius + off, rad));
+        Some(0.5 * (end(1.0)? + end(-1.0)?))
+    }
+
+    /// Whether walls go on from both ends of the opening: behind the hinge, and beyond the jamb.
+    fn is_in_wall(&self, hinge: [f64; 2], way: [f64; 2], aside: [f64; 2], radius: f64) -> bool {
+        let wall_at = |along: f64| {
+            (-3..=3).any(|off| {
+                self.has_ink(hinge[0] + along * aside[0] + f64::from(off) * way[0], hinge[1] + along * aside[1] + f64::from(off) * way[1])
+            })
+        };
+        let goes_on = |from: f64, step: f64| (0..=3).all(|i| wall_at(from + step * f64::from(i)));
+        goes_on(-2.0, -1.0) && goes_on(radius + 2.0, 1.0)
     }
 
     /// Whether little is drawn between leaf, circle and opening.

@@ -146,7 +146,7 @@ fn is_written<'a>(word: impl Iterator<Item = &'a Glyph> + Clone) -> bool {
     let count = word.clone().count();
     let merged = |g: &Glyph| g.length() >= MERGED.0 * g.height() && g.strokes >= MERGED.1 && g.height() <= MERGED.2;
     let strokes = word.clone().filter(|g| is_stroke(g)).count();
-    (count >= LEAST_LETTERS && 2 * strokes >= count) || word.clone().any(merged) && 2 * strokes >= count
+    (count >= LEAST_LETTERS && 3 * strokes >= count) || word.clone().any(merged) && 2 * strokes >= count
 }
 
 #[cfg(test)]
