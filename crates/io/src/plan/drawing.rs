@@ -1,5 +1,7 @@
 //! Which pixels of a bare picture are walls? The dark ones; or the light lines of a drawing on a dark ground.
 //!
+//! picture ─▶ brightness and hue ─▶ ink ─▶ [`scan`]: walls and doors, without words and signs ─▶ [`Pixels`]
+//!
 //! Darkness is the brightest of red, green and blue, over white paper where the picture is transparent: black and grey are
 //! dark, a red door or a blue note is not.
 

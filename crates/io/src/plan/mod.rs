@@ -6,7 +6,7 @@
 //! `*.plan.json`                                 of elements
 //!
 //! Plan frame: metres, x right, y up; the origin is the picture's bottom-left corner, or what the `map.yaml` says, or that of the
-//! shapes' own metres. Doors and windows are known to shapes only.
+//! shapes' own metres. Doors are known to shapes, and to pictures where they are drawn open or in colour; windows to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
 mod cells;

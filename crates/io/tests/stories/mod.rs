@@ -2,6 +2,7 @@
 
 mod import;
 mod plan;
+mod scans;
 mod sightings;
 mod trajectory;
 mod video;

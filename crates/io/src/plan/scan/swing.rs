@@ -14,7 +14,7 @@ const LEAF_M: std::ops::RangeInclusive<f64> = 0.5..=1.4;
 /// Cells of the grid that doors are looked for on, metres: a leaf has 15 or more.
 const GRID_M: f64 = 0.035;
 /// A leaf has at least this many cells: a quarter circle of fewer is a corner cut off.
-const LEAST_CELLS: f64 = 12.0;
+const LEAST_CELLS: f64 = 11.0;
 /// Leaves and their circles are lines no thicker than this, metres, or this many cells; walls and pillars are.
 const THICKEST: (f64, f64) = (0.15, 3.0);
 /// Pixels larger than this show no quarter circle, metres.
@@ -22,9 +22,9 @@ const COARSEST_M: f64 = 0.1;
 /// Directions that leaves are looked for in: at a leaf's end, the nearest is within a cell and a half.
 const DIRECTIONS: usize = 64;
 /// Share of the quarter circle that must be drawn, and drawn as a line whose middle keeps to it.
-const ARC_DRAWN: (f64, f64) = (0.9, 0.8);
+const ARC_DRAWN: (f64, f64) = (0.9, 0.7);
 /// The middle of the circle's line is no farther off it than this, cells.
-const OFF_CIRCLE: f64 = 0.8;
+const OFF_CIRCLE: f64 = 1.0;
 /// Share of the ground between leaf and circle that may be ink: a number on the door.
 const GROUND_DRAWN: f64 = 0.12;
 /// What is drawn across the opening is no thicker than this, metres: a sill, or the face of the wall.
@@ -267,6 +267,7 @@ impl Grid {
             if drawn >= ARC_DRAWN.0
                 && exact >= ARC_DRAWN.1
                 && self.is_line(&at, radius)
+                && self.is_in_wall(hinge, way, aside, radius)
                 && self.ground_is_empty(&at, radius)
                 && found.is_none_or(|(best, _)| exact > best)
             {
@@ -290,7 +291,7 @@ impl Grid {
                 self.has_ink(hinge[0] + along * aside[0] + f64::from(off) * way[0], hinge[1] + along * aside[1] + f64::from(off) * way[1])
             })
         };
-        let goes_on = |from: f64, step: f64| (0..=3).all(|i| wall_at(from + step * f64::from(i)));
+        let goes_on = |from: f64, step: f64| (0..2).all(|i| wall_at(from + step * f64::from(i)));
         goes_on(-2.0, -1.0) && goes_on(radius + 2.0, 1.0)
     }
 
