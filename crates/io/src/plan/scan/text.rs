@@ -10,13 +10,15 @@ const LEAST_PX: u32 = 5;
 /// No letter is larger than this share of the picture's longer side …
 const LARGEST_SHARE: f64 = 0.05;
 /// … or than this, metres, where pixels are so fine that letters are seen to be small.
-const LARGEST_M: f64 = 2.5;
+const LARGEST_M: f64 = 0.8;
 /// Letters smaller than this, in pixels, may be larger in metres: words on the plan of a whole site.
 const SMALL_PX: f64 = 16.0;
 /// Letters of a word are no farther apart than this share of their height, and words no farther than twice that.
 const GAP: f64 = 0.7;
 /// Letters of a word differ in height by no more than this factor: "a" and "l".
 const HEIGHTS: f64 = 1.7;
+/// A letter is no longer than this many times its height: "W", and two that touch.
+const WIDEST: f64 = 1.8;
 /// Fewest letters of a word.
 const LEAST_LETTERS: usize = 3;
 /// Two letters are a word if this many others are as high as one of them, to a seventh: figures of rooms.
@@ -104,11 +106,12 @@ fn glyphs(blobs: &[Blob], axis: usize, largest: u32) -> Vec<Glyph> {
     let of = |(blob, b): (usize, &Blob)| {
         let (size, span) = (b.size(), |k: usize| [f64::from(b.low[k]), f64::from(b.high[k])]);
         let (length, height) = (size[axis], size[1 - axis]);
-        // Words that run together are longer than letters.
-        let fits = (LEAST_PX..=largest).contains(&height) && length <= 8 * height;
         let fill = b.area as f64 / (f64::from(size[0]) * f64::from(size[1]));
         // Along columns the runs of rows say little; the ink says as much: half of a word's box.
         let strokes = if axis == 0 { f64::from(b.runs) / f64::from(size[1]) } else { f64::from(length) * fill / 3.0 };
+        // Words that run together are longer than letters; other long pieces are walls between doors, which stand in rows too.
+        let is_letters = f64::from(length) <= WIDEST * f64::from(height) || (strokes >= MERGED.1 && length <= 8 * height);
+        let fits = (LEAST_PX..=largest).contains(&height) && is_letters;
         fits.then_some(Glyph { blob, along: span(axis), across: span(1 - axis), fill, strokes })
     };
     let mut glyphs: Vec<Glyph> = blobs.iter().enumerate().filter_map(of).collect();
@@ -212,6 +215,18 @@ mod tests {
         }
         sheet.rect([300, 300, 312, 302]);
         sheet.rect([300, 300, 302, 312]);
+        assert_eq!(sheet.letters().0, 0);
+    }
+
+    #[test]
+    fn walls_between_the_doors_of_a_corridor_stay_though_they_stand_in_a_row() {
+        // Pieces of 20 px × 8 px, and T-shaped ones of 60 px × 42 px, with doors of 20 px between, as walls of 40 cm and rooms' walls.
+        let mut sheet = Sheet::new(900, 400);
+        for i in 0..8 {
+            sheet.rect([40 + 40 * i, 40, 60 + 40 * i, 48]);
+            sheet.rect([40 + 80 * i, 200, 100 + 80 * i, 210]);
+            sheet.rect([66 + 80 * i, 210, 74 + 80 * i, 242]);
+        }
         assert_eq!(sheet.letters().0, 0);
     }
 
