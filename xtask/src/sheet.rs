@@ -119,7 +119,7 @@ impl Request {
             if drawn.succeeded
                 && let Ok(picture) = image::open(&drawing)
             {
-                entry.thumb = Some(thumbnail(&picture.to_rgb8(), level.and_then(extent), under.as_ref().map(|(p, m)| (p, *m))));
+                entry.thumb = Some(thumbnail(&on_paper(&picture), level.and_then(extent), under.as_ref().map(|(p, m)| (p, *m))));
             }
             let _ = std::fs::remove_file(drawing);
         }
@@ -233,7 +233,11 @@ fn counts(level: &Value) -> String {
         }
     }
     let length = |chain: &Vec<[f64; 2]>| chain.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum::<f64>();
-    let metres: f64 = elements().filter(|element| element["kind"] == "wall").flat_map(chains).map(|chain| length(&chain)).sum();
+    let metres: f64 = elements()
+        .filter(|element| element["kind"] == "wall")
+        .flat_map(chains)
+        .map(|chain| length(&chain))
+        .fold(0.0, |sum, metres| sum + metres);
     let size =
         extent(level).map_or(String::new(), |[left, lower, right, upper]| format!("{:.1} m × {:.1} m, ", right - left, upper - lower));
     format!("{size}{text}{metres:.0} m of wall lines")
@@ -245,6 +249,15 @@ fn extent(level: &Value) -> Option<[f64; 4]> {
     let grown = |[l, b, r, t]: [f64; 4], [x, y]: [f64; 2]| [l.min(x), b.min(y), r.max(x), t.max(y)];
     let found = points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], grown);
     (found[0] <= found[2]).then_some(found)
+}
+
+/// A drawing on white: what `plan render` leaves empty is transparent.
+fn on_paper(drawing: &image::DynamicImage) -> RgbImage {
+    let drawing = drawing.to_rgba8();
+    RgbImage::from_fn(drawing.width(), drawing.height(), |u, v| {
+        let [r, g, b, a] = drawing.get_pixel(u, v).0.map(u32::from);
+        Rgb([r, g, b].map(|c| ((c * a + 255 * (255 - a)) / 255) as u8))
+    })
 }
 
 /// A drawing made small, its paper filled by the pale picture that lies under it.
