@@ -17,11 +17,11 @@ const NEAR_PX: usize = 2;
 pub(super) fn outlines(planes: &Planes, is_ink: &[bool], is_left_out: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut lines = Vec::new();
     for fill in fills(planes) {
-        for place in 0..planes.brightness.len() {
+        for (place, is_ink) in is_ink.iter().enumerate() {
             let hue = planes.hue[place];
             let is_of_it = hue == 0 || (hue + HUES + 1 - fill.hue) % HUES <= 2;
             let is_dark = planes.brightness[place] <= fill.brightness.saturating_sub(DARKER);
-            if is_dark && is_of_it && !is_ink[place] && !is_left_out(place) && fill.is_near(planes, place) {
+            if is_dark && is_of_it && !is_ink && !is_left_out(place) && fill.is_near(planes, place) {
                 lines.push(place);
             }
         }
