@@ -1,15 +1,20 @@
-//! Checks of the workspace that cargo itself does not make: `cargo xtask layers`.
+//! Checks of the workspace that cargo itself does not make: `cargo xtask layers`; and `cargo xtask plans`, to look at many plans.
 
 mod layers;
+mod sheet;
 
 use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask layers    which crate may use which, and what the pure crates must not touch";
+const USAGE: &str = "usage: cargo xtask layers    which crate may use which, and what the pure crates must not touch
+       cargo xtask plans DIR... -o DIR [--options FILE] [--program target/release/planwalk]
+                             every plan under the folders, imported and drawn: index.html and pages of thumbnails;
+                             FILE has lines \"part of a path <tab> options of planwalk plan import\"";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
+        ["plans", ref request @ ..] => sheet::draw(request),
         _ => Err(vec![USAGE.to_owned()]),
     };
     match outcome {

@@ -1,27 +1,40 @@
 //! Which pixels of a bare picture are walls? The dark ones; or the light lines of a drawing on a dark ground.
 //!
+//! picture ─▶ brightness and hue ─▶ ink ─▶ [`scan`]: walls and doors, without words and signs ─▶ [`Pixels`]
+//!
 //! Darkness is the brightest of red, green and blue, over white paper where the picture is transparent: black and grey are
 //! dark, a red door or a blue note is not.
 
 use image::DynamicImage;
 use planwalk_types::Cell;
 
+use super::PlanFileError;
 use super::cells::Pixels;
+use super::scan::{self, Planes, for_runs};
 
 /// Halfway between black and white.
 const MID_GREY: u8 = 128;
 /// Share of dark pixels below which the threshold is taken to have missed the drawing: 1 cm of line in a 10 m × 10 m picture.
 const LEAST_SHARE: f64 = 1e-4;
+/// Where less of the light lines than this share is grey or white, the coloured ones are walls.
+const LEAST_GREY: f64 = 0.2;
+/// Colour is of lines where it is no wider than this along a row, pixels; else it fills an area.
+const WIDEST_LINE_PX: usize = 12;
+/// A drawing has at least this share as much wall as coloured lines.
+const LEAST_DARK: f64 = 0.05;
 /// No wall is thicker than this, metres; light areas wider than this in both directions are floor.
 const THICKEST_WALL_M: f64 = 1.0;
 
 /// Wall and free pixels, and what was decided.
-pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels, Vec<String>) {
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let brightness = brightness(picture);
+///
+/// # Errors
+/// [`PlanFileError::ColouredLines`] for a drawing in which next to nothing is dark.
+pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> Result<(Pixels, Vec<String>), PlanFileError> {
+    let mut planes = Planes::of(picture);
+    let (width, height) = (planes.width, planes.height);
     let mut notes = Vec::new();
-    let threshold = threshold(&brightness, &mut notes);
-    let mut is_wall: Vec<bool> = brightness.iter().map(|b| *b < threshold).collect();
+    let threshold = threshold(&planes.brightness, &mut notes);
+    let mut is_wall: Vec<bool> = planes.brightness.iter().map(|b| *b < threshold).collect();
     let dark = is_wall.iter().filter(|d| **d).count();
     if 2 * dark > is_wall.len() && dark < is_wall.len() {
         let light_is_floor = thick_share(&is_wall, width, THICKEST_WALL_M / metres_per_pixel) > 0.5;
@@ -35,28 +48,43 @@ pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> (Pixels,
                 "{percent:.0} % of the picture is dark and the light parts are thin: it is read as light walls on dark ground"
             ));
             is_wall.iter_mut().for_each(|wall| *wall = !*wall);
+            leave_colours_out(&planes, &mut is_wall, &mut notes);
         }
     }
-    let cells = is_wall.iter().map(|wall| if *wall { Cell::Wall } else { Cell::Free }).collect();
-    (Pixels { width, height, cells }, notes)
-}
-
-fn brightness(picture: DynamicImage) -> Vec<u8> {
-    match picture {
-        DynamicImage::ImageLuma8(grey) => grey.into_raw(),
-        DynamicImage::ImageLumaA8(grey) => grey.pixels().map(|p| over_white(p.0[0], p.0[1])).collect(),
-        DynamicImage::ImageRgb8(rgb) => rgb.pixels().map(|p| brightest(&p.0)).collect(),
-        other => other.into_rgba8().pixels().map(|p| over_white(brightest(&p.0[..3]), p.0[3])).collect(),
+    if planes.hue.is_empty() {
+        // A large picture's brightness is not needed any more.
+        planes.brightness = Vec::new();
     }
+    let cells = scan::cells(&planes, is_wall, metres_per_pixel, &mut notes);
+    check_colours(&planes, &cells)?;
+    Ok((Pixels { width, height, cells }, notes))
 }
 
-fn brightest(channels: &[u8]) -> u8 {
-    channels.iter().copied().max().unwrap_or(255)
+/// A drawing in colour, without walls in black, is not understood: to read its few dark words as walls would be worse than to say so.
+fn check_colours(planes: &Planes, cells: &[Cell]) -> Result<(), PlanFileError> {
+    if planes.hue.is_empty() {
+        return Ok(());
+    }
+    let mut coloured = 0;
+    for row in planes.hue.chunks(planes.width) {
+        for_runs(row.len(), |u| row[u] > 0, |run| coloured += if run.len() <= WIDEST_LINE_PX { run.len() } else { 0 });
+    }
+    let walls = cells.iter().filter(|cell| **cell == Cell::Wall).count();
+    if (walls as f64) < LEAST_DARK * coloured as f64 {
+        return Err(PlanFileError::ColouredLines { coloured, walls });
+    }
+    Ok(())
 }
 
-fn over_white(value: u8, alpha: u8) -> u8 {
-    let (value, alpha) = (u32::from(value), u32::from(alpha));
-    ((value * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+/// On a dark ground, grey and white lines are walls and coloured ones are notes, if there are grey ones to speak of.
+fn leave_colours_out(planes: &Planes, is_wall: &mut [bool], notes: &mut Vec<String>) {
+    let light = is_wall.iter().filter(|wall| **wall).count();
+    let coloured = (0..is_wall.len()).filter(|i| is_wall[*i] && planes.hue_at(*i) > 0).count();
+    if coloured == 0 || ((light - coloured) as f64) < LEAST_GREY * light as f64 {
+        return;
+    }
+    is_wall.iter_mut().enumerate().for_each(|(i, wall)| *wall &= planes.hue_at(i) == 0);
+    notes.push(format!("coloured lines, {:.0} % of what is light, left out: the walls are white", 100.0 * coloured as f64 / light as f64));
 }
 
 /// Pixels darker than this are dark: mid-grey, or, where that misses a faint drawing, the split after Otsu (1979).
@@ -113,28 +141,13 @@ fn thick_share(is_dark: &[bool], width: usize, thick_px: f64) -> f64 {
     thick as f64 / is_dark.iter().filter(|d| !**d).count().max(1) as f64
 }
 
-/// Calls `found` with each run of places where `is` holds.
-fn for_runs(count: usize, is: impl Fn(usize) -> bool, mut found: impl FnMut(std::ops::Range<usize>)) {
-    let mut start = None;
-    for i in 0..=count {
-        match (i < count && is(i), start) {
-            (true, None) => start = Some(i),
-            (false, Some(begin)) => {
-                found(begin..i);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use image::{GrayImage, Luma, Rgba, RgbaImage};
 
     fn walls(picture: DynamicImage) -> (usize, Vec<String>) {
-        let (pixels, notes) = classify(picture, 0.1);
+        let (pixels, notes) = classify(picture, 0.1).unwrap();
         (pixels.cells.iter().filter(|c| **c == Cell::Wall).count(), notes)
     }
 
@@ -175,6 +188,19 @@ mod tests {
         picture.put_pixel(3, 3, Rgba([0, 0, 0, 255]));
         picture.put_pixel(4, 4, Rgba([255, 0, 0, 255]));
         assert_eq!(walls(picture.into()).0, 1);
+    }
+
+    #[test]
+    fn a_drawing_in_colour_without_a_dark_wall_is_refused_with_what_to_do() {
+        // A blue frame of three pixels, and a dark dot.
+        let is_line = |u: u32| (20..23).contains(&u) || (70..73).contains(&u);
+        let picture = image::RgbImage::from_fn(100, 100, |u, v| match (u, v) {
+            (5, 5) => image::Rgb([0, 0, 0]),
+            _ if is_line(u) => image::Rgb([0, 0, 255]),
+            _ => image::Rgb([255, 255, 255]),
+        });
+        let error = classify(picture.into(), 0.1).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("600") && error.contains("black and white"), "{error}");
     }
 
     #[test]

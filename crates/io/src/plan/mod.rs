@@ -6,7 +6,7 @@
 //! `*.plan.json`                                 of elements
 //!
 //! Plan frame: metres, x right, y up; the origin is the picture's bottom-left corner, or what the `map.yaml` says, or that of the
-//! shapes' own metres. Doors and windows are known to shapes only.
+//! shapes' own metres. Doors are known to shapes, and to pictures where they are drawn open or in colour; windows to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
 pub mod audit;
@@ -33,6 +33,7 @@ mod projection;
 mod provenance;
 mod ros;
 mod scale;
+mod scan;
 mod sketch;
 mod storeys;
 mod svg;
@@ -289,6 +290,18 @@ pub enum PlanFileError {
     TooRagged {
         /// Most corners that are followed.
         limit: usize,
+    },
+    /// A picture of coloured lines: a plan in colour, or no plan.
+    #[error(
+        "the picture's lines are coloured ({coloured} px of them, and {walls} px of dark walls): walls are read where they are dark; if \
+         the coloured lines are its walls, save it in black and white first (e.g. magick IN -threshold 70% OUT.png); a view in \
+         perspective is no floor plan"
+    )]
+    ColouredLines {
+        /// Pixels of coloured lines.
+        coloured: usize,
+        /// Pixels of dark walls.
+        walls: usize,
     },
     /// A drawing in the format that CAD programmes keep to themselves.
     #[error(

@@ -89,7 +89,7 @@ pub(super) fn open(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) 
     only_level(options)?;
     let scale = Scale::of(stated, options, None, None)?;
     let picture = raster::open(path, SizeLimit::PLAN)?;
-    Ok((of_picture(picture, scale.metres, notes), source("picture", Some(scale.metres), scale.from)))
+    Ok((of_picture(picture, scale.metres, notes)?, source("picture", Some(scale.metres), scale.from)))
 }
 
 /// A picture is of one storey.
@@ -160,10 +160,10 @@ fn of_text(
     })
 }
 
-fn of_picture(picture: DynamicImage, metres_per_pixel: f64, notes: &mut Vec<String>) -> Opened {
-    let (pixels, found) = drawing::classify(picture, metres_per_pixel);
+fn of_picture(picture: DynamicImage, metres_per_pixel: f64, notes: &mut Vec<String>) -> Result<Opened, PlanFileError> {
+    let (pixels, found) = drawing::classify(picture, metres_per_pixel)?;
     notes.extend(found);
-    Opened::Picture { pixels, metres_per_pixel }
+    Ok(Opened::Picture { pixels, metres_per_pixel })
 }
 
 fn of_sketch(format: &str, sketch: &Sketch, scale: Scale, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
@@ -193,7 +193,7 @@ fn of_pdf(path: &Path, options: &PlanOptions, stated: Option<f64>, notes: &mut V
             let metres_per_pixel = scale.metres * points_per_pixel;
             let grey = image::GrayImage::from_raw(luma.width() as u32, luma.height() as u32, luma.data().to_vec());
             let picture = DynamicImage::ImageLuma8(grey.unwrap_or_default());
-            Ok((of_picture(picture, metres_per_pixel, notes), source("pdf scan", Some(metres_per_pixel), scale.from)))
+            Ok((of_picture(picture, metres_per_pixel, notes)?, source("pdf scan", Some(metres_per_pixel), scale.from)))
         }
     }
 }

@@ -51,6 +51,9 @@ pub(super) struct Outlines {
 pub(super) fn trace(pixels: &Pixels, metres_per_pixel: f64) -> Result<Outlines, PlanFileError> {
     let mut outlines = Outlines { elements: Vec::new(), specks: 0 };
     outlines.add(ElementKind::Wall, Joined::AtCorners, |cell| cell == Cell::Wall, pixels, metres_per_pixel)?;
+    if pixels.cells.contains(&Cell::Door) {
+        outlines.add(ElementKind::Door, Joined::AtCorners, |cell| cell == Cell::Door, pixels, metres_per_pixel)?;
+    }
     if pixels.cells.contains(&Cell::Unknown) && pixels.cells.contains(&Cell::Free) {
         outlines.add(ElementKind::Floor, Joined::AtSides, |cell| cell == Cell::Free, pixels, metres_per_pixel)?;
     }

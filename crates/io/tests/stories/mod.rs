@@ -5,6 +5,7 @@ mod hostile;
 mod import;
 mod plan;
 mod rooms;
+mod scans;
 mod sightings;
 mod trajectory;
 mod video;

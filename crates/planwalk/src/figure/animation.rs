@@ -3,7 +3,7 @@
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, RgbaImage};
 
-use super::png::{PictureError, pixels_of};
+use super::png::{PictureError, pixels_within};
 
 /// How long a frame stands, milliseconds, and the last one, on which one wants to look.
 const FRAME_MS: u32 = 220;
@@ -21,7 +21,7 @@ pub fn gif_of(frames: &[String]) -> Result<Vec<u8>, PictureError> {
     let mut encoder = GifEncoder::new_with_speed(&mut bytes, SPEED);
     encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
     for (i, svg) in frames.iter().enumerate() {
-        let pixels = pixels_of(svg)?;
+        let pixels = pixels_within(svg, u32::MAX)?;
         let (width, height) = (pixels.width(), pixels.height());
         // Drawings have an opaque ground, so that straight and premultiplied colours agree.
         let image = RgbaImage::from_raw(width, height, pixels.take()).ok_or(PictureError::Size { width, height })?;

@@ -29,7 +29,7 @@ pub enum PictureError {
 /// # Errors
 /// [`PictureError`] when the text is no SVG, or its size is zero or beyond memory.
 pub fn png_of(svg: &str) -> Result<Vec<u8>, PictureError> {
-    pixels_of(svg)?.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
+    png_within(svg, u32::MAX)
 }
 
 /// The same, made smaller where it would be wider or higher than this.
@@ -37,22 +37,17 @@ pub fn png_of(svg: &str) -> Result<Vec<u8>, PictureError> {
 /// # Errors
 /// As [`png_of`].
 pub fn png_within(svg: &str, most_px: u32) -> Result<Vec<u8>, PictureError> {
+    pixels_within(svg, most_px)?.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
+}
+
+/// The pixels of an SVG drawing, made smaller where it would be wider or higher than this.
+pub(super) fn pixels_within(svg: &str, most_px: u32) -> Result<tiny_skia::Pixmap, PictureError> {
     let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
     let (width, height) = (tree.size().width(), tree.size().height());
     let scale = (most_px as f32 / width.max(height)).min(1.0);
     let [columns, rows] = [width, height].map(|side| (scale * side).ceil().max(1.0) as u32);
     let mut pixels = tiny_skia::Pixmap::new(columns, rows).ok_or(PictureError::Size { width: columns, height: rows })?;
     resvg::render(&tree, tiny_skia::Transform::from_scale(scale, scale), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|e| PictureError::Encoding(e.to_string()))
-}
-
-/// The pixels of an SVG drawing at its own size.
-pub(super) fn pixels_of(svg: &str) -> Result<tiny_skia::Pixmap, PictureError> {
-    let tree = usvg::Tree::from_str(svg, &usvg::Options::default())?;
-    let size = tree.size().to_int_size();
-    let (width, height) = (size.width(), size.height());
-    let mut pixels = tiny_skia::Pixmap::new(width, height).ok_or(PictureError::Size { width, height })?;
-    resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
     Ok(pixels)
 }
 
@@ -68,6 +63,18 @@ mod tests {
         let pixels = tiny_skia::Pixmap::decode_png(&png).unwrap();
         assert_eq!((pixels.width(), pixels.height()), (2, 1));
         assert_eq!(&pixels.data()[..8], &[255, 0, 0, 255, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn large_drawings_are_made_smaller_and_small_ones_stay() {
+        let svg = r##"<svg xmlns="http://www.w3.org/2000/svg" width="30" height="12"><rect width="30" height="12" fill="#ff0000"/></svg>"##;
+        let size = |most_px: u32| {
+            let pixels = pixels_within(svg, most_px).unwrap();
+            (pixels.width(), pixels.height(), pixels.data()[..4].to_vec())
+        };
+        let red = vec![255, 0, 0, 255];
+        assert_eq!(size(10), (10, 4, red.clone()));
+        assert_eq!(size(300), (30, 12, red));
     }
 
     #[test]

@@ -1,6 +1,8 @@
-//! How does one get from storey to storey? By stairs and lifts that lie above each other.
+//! How does one get from storey to storey? By stairs and lifts that the source says to join them, or that lie above each other.
 
 use planwalk_types::{Building, Element, ElementKind, Plan, Pt2};
+
+use super::super::bounds::Bounds;
 
 /// Storeys whose stairs overlap by this much of the smaller one are joined there.
 const OVERLAP: f64 = 0.3;
@@ -23,38 +25,25 @@ pub struct Connection {
     pub at: Pt2<Plan>,
 }
 
-/// The box around a shape.
-#[derive(Debug, Clone, Copy)]
-struct Bounds {
-    low: [f64; 2],
-    high: [f64; 2],
+/// The box around a shape, points and lines widened.
+fn box_of(element: &Element) -> Option<Bounds> {
+    let points: Vec<[f64; 2]> = element.form.points().map(|p| [p.x, p.y]).collect();
+    let bounds = Bounds::of(&points)?;
+    if bounds.area() > 0.0 {
+        return Some(bounds);
+    }
+    let wider = bounds.size().map(|side| 0.5 * (POINT_M - side).max(0.0));
+    Some(Bounds { low: [0, 1].map(|k| bounds.low[k] - wider[k]), high: [0, 1].map(|k| bounds.high[k] + wider[k]) })
 }
 
-impl Bounds {
-    fn of(element: &Element) -> Option<Self> {
-        let points = || element.form.points();
-        let low = points().fold([f64::INFINITY; 2], |l, p| [l[0].min(p.x), l[1].min(p.y)]);
-        let high = points().fold([f64::NEG_INFINITY; 2], |h, p| [h[0].max(p.x), h[1].max(p.y)]);
-        if !(low[0] <= high[0] && low[1] <= high[1]) {
-            return None;
-        }
-        let wider = |k: usize| 0.5 * (POINT_M - (high[k] - low[k])).max(0.0);
-        let grown = if (high[0] - low[0]) * (high[1] - low[1]) > 0.0 { [0.0; 2] } else { [wider(0), wider(1)] };
-        Some(Self { low: [0, 1].map(|k| low[k] - grown[k]), high: [0, 1].map(|k| high[k] + grown[k]) })
-    }
+fn overlap(a: &Bounds, b: &Bounds) -> bool {
+    let common = [0, 1].map(|k| (a.high[k].min(b.high[k]) - a.low[k].max(b.low[k])).max(0.0));
+    common[0] * common[1] >= OVERLAP * a.area().min(b.area())
+}
 
-    fn area(&self) -> f64 {
-        (self.high[0] - self.low[0]) * (self.high[1] - self.low[1])
-    }
-
-    fn overlaps(&self, other: &Self) -> bool {
-        let common = |k: usize| (self.high[k].min(other.high[k]) - self.low[k].max(other.low[k])).max(0.0);
-        common(0) * common(1) >= OVERLAP * self.area().min(other.area())
-    }
-
-    fn middle(&self) -> Pt2<Plan> {
-        Pt2::new(0.5 * (self.low[0] + self.high[0]), 0.5 * (self.low[1] + self.high[1]))
-    }
+/// Storeys that the source itself says it joins.
+fn said(element: &Element, building: &Building) -> Vec<usize> {
+    element.joins.iter().filter_map(|ordinal| building.levels.iter().position(|level| level.ordinal == *ordinal)).collect()
 }
 
 /// All stairs and lifts of a building, from the lowest storey up.
@@ -63,23 +52,28 @@ pub fn connections(building: &Building) -> Vec<Connection> {
     let mut all: Vec<(Connection, Bounds)> = Vec::new();
     for (storey, level) in building.levels.iter().enumerate() {
         for element in level.elements.iter().filter(|e| matches!(e.kind, ElementKind::Stairs | ElementKind::Lift)) {
-            let Some(bounds) = Bounds::of(element).filter(|_| all.len() < MOST) else { continue };
+            let Some(bounds) = box_of(element).filter(|_| all.len() < MOST) else { continue };
+            let said = said(element, building);
             let goes_on = |(connection, below): &&mut (Connection, Bounds)| {
                 let last = connection.storeys.last().copied().unwrap_or(storey);
                 // On one storey, flights of one staircase overlap or touch.
-                connection.kind == element.kind && last + 1 >= storey && below.overlaps(&bounds)
+                connection.kind == element.kind && (last + 1 >= storey || connection.storeys.contains(&storey)) && overlap(below, &bounds)
             };
             match all.iter_mut().find(goes_on) {
                 Some((connection, below)) => {
-                    if connection.storeys.last() != Some(&storey) {
-                        connection.storeys.push(storey);
-                        *below = bounds;
-                    }
+                    connection.storeys.extend(std::iter::once(storey).chain(said));
+                    connection.storeys.sort_unstable();
+                    connection.storeys.dedup();
+                    *below = bounds;
                     connection.name = connection.name.take().or_else(|| element.name.clone());
                 }
                 None => {
-                    let (kind, name, at) = (element.kind, element.name.clone(), bounds.middle());
-                    all.push((Connection { kind, name, storeys: vec![storey], at }, bounds));
+                    let (kind, name) = (element.kind, element.name.clone());
+                    let [x, y] = [0, 1].map(|k| 0.5 * (bounds.low[k] + bounds.high[k]));
+                    let mut storeys: Vec<usize> = std::iter::once(storey).chain(said).collect();
+                    storeys.sort_unstable();
+                    storeys.dedup();
+                    all.push((Connection { kind, name, storeys, at: Pt2::new(x, y) }, bounds));
                 }
             }
         }
@@ -122,6 +116,13 @@ mod tests {
                 (Lift, None, vec![2]),
             ]
         );
+    }
+
+    #[test]
+    fn what_the_source_says_is_joined_is_joined() {
+        let lift = |joins: Vec<i32>| Element { joins, ..at(ElementKind::Lift, 0.0) };
+        let found = connections(&building(vec![vec![lift(vec![0, 2])], vec![], vec![lift(vec![0, 2]), at(ElementKind::Lift, 40.0)]]));
+        assert_eq!(found.iter().map(|c| c.storeys.clone()).collect::<Vec<_>>(), [vec![0, 2], vec![2]]);
     }
 
     #[test]
