@@ -67,17 +67,33 @@ pub struct BuildingEntry {
     pub storeys: Vec<StoreyEntry>,
     /// Stairs and lifts.
     pub connections: Vec<ConnectionEntry>,
+    /// What its shapes come from, the commonest first: layers, kinds of features, colours.
+    #[serde(default)]
+    pub sources: Vec<SourceEntry>,
 }
 
-/// Where on the globe a plan's (0, 0) is.
+/// A layer, a kind of feature or a colour.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SourceEntry {
+    /// What it is called.
+    pub source: String,
+    /// Shapes that come from it.
+    pub shapes: usize,
+}
+
+/// Where on the globe a plan is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GeoreferenceEntry {
-    /// Degrees, WGS 84.
+    /// Of the anchor; degrees, WGS 84.
     pub longitude_deg: f64,
     /// Degrees, WGS 84.
     pub latitude_deg: f64,
     /// Direction of the plan's y axis: radians from north, clockwise.
     pub bearing_rad: f64,
+    /// The point of the plan that lies there, metres.
+    pub anchor_m: [f64; 2],
+    /// Metres on the ground in a metre of the plan.
+    pub scale: f64,
 }
 
 /// A storey.

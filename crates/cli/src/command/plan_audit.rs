@@ -3,11 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use planwalk::plan_info::{
-    BuildingEntry, ConnectionEntry, FindingEntry, GeoreferenceEntry, PassageEntry, RoomEntry, SideEntry, StoreyEntry, WidthsEntry,
+    BuildingEntry, ConnectionEntry, FindingEntry, GeoreferenceEntry, PassageEntry, RoomEntry, SideEntry, SourceEntry, StoreyEntry,
+    WidthsEntry,
 };
 use planwalk::types::{ElementKind, Level};
 use planwalk_io::plan::audit::{self, Audit, End, FOUND, Finding};
 use planwalk_io::plan::native::PlanDocument;
+use planwalk_io::plan::provenance;
 
 /// Findings of one kind that are told; `plan_info.json` has all.
 const TOLD: usize = 8;
@@ -32,10 +34,13 @@ pub fn entry(document: &PlanDocument, audits: &[Audit], storey: String) -> Build
             longitude_deg: place.longitude_deg,
             latitude_deg: place.latitude_deg,
             bearing_rad: place.bearing_rad,
+            anchor_m: [place.anchor.x, place.anchor.y],
+            scale: place.scale,
         }),
         storey,
         storeys: building.levels.iter().zip(audits).map(|(level, audit)| storey_entry(level, audit)).collect(),
         connections: audit::connections(building).into_iter().map(connection).collect(),
+        sources: provenance(building).into_iter().map(|(source, shapes)| SourceEntry { source, shapes }).collect(),
     }
 }
 
