@@ -1,15 +1,21 @@
-//! Checks of the workspace that cargo itself does not make: `cargo xtask layers`.
+//! Checks and measurements that cargo itself does not make: `cargo xtask layers`, `cargo xtask two-view FILE.npz`.
 
 mod layers;
+mod two_view;
 
 use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask layers    which crate may use which, and what the pure crates must not touch";
+const USAGE: &str = "usage:
+  cargo xtask layers
+      which crate may use which, and what the pure crates must not touch
+  cargo xtask two-view FILE.npz [--solver five-point|eight-point] [--json]
+      how well and how fast the motion between two pictures is found, a scenario a row";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
+        ["two-view", ref words @ ..] => two_view::Wish::of(words).and_then(|wish| two_view::run(&wish)).map_err(|why| vec![why]),
         _ => Err(vec![USAGE.to_owned()]),
     };
     match outcome {

@@ -7,11 +7,17 @@
 
 pub mod eight_point;
 pub mod epipolar;
+mod essential;
 pub mod five_point;
+mod homography;
+mod matches;
 mod polynomial;
 pub mod ransac;
+mod relative;
+mod robust;
 pub mod rotation;
 
+pub use relative::{Motion, RelativePoseFit, RelativePoseOptions, estimate_relative_pose};
 pub use ransac::{EssentialFit, EssentialOptions, TwoViewError, estimate_essential};
 pub use rotation::{RotationFit, RotationOptions, estimate_rotation};
 

@@ -115,7 +115,11 @@ fn sample(pairs: &[RayPair], size: usize, options: &EssentialOptions, rng: &mut 
         let chosen = rand::seq::index::sample(rng, pairs.len(), size);
         let minimal: Vec<RayPair> = chosen.iter().map(|i| pairs[i]).collect();
         let answers = match options.solver {
-            Solver::FivePoint => five_point::solve(&minimal),
+            Solver::FivePoint => {
+                let mut found = Vec::new();
+                five_point::solve_into(&super::matches::Matches::of(&minimal).list, &mut found);
+                found
+            }
             Solver::EightPoint => eight_point::solve(&minimal).into_iter().collect(),
         };
         for essential in answers {
