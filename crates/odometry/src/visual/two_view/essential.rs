@@ -43,7 +43,7 @@ impl Kind for Epipolar {
     fn improve(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, steps: usize) -> Option<Matrix3<f64>> {
         let mut pose = Twisted::of(model)?;
         for _ in 0..steps {
-            let step = pose.step(matches, limit, |_| true)?;
+            let step = pose.step(matches.list.iter(), limit)?;
             if step < 1e-8 {
                 break;
             }
@@ -124,15 +124,15 @@ impl Twisted {
         half_turn * self.rotation
     }
 
-    /// One step of Gauss–Newton over the matches that are wanted; its length. `None` where they do not determine it.
-    pub fn step(&mut self, matches: &Matches, limit: f64, wanted: impl Fn(&Match) -> bool) -> Option<f64> {
+    /// One step of Gauss–Newton; its length. `None` where the matches do not determine it.
+    pub fn step<'a>(&mut self, matches: impl Iterator<Item = &'a Match>, limit: f64) -> Option<f64> {
         let essential = self.essential();
         let (u, v) = tangent_basis(&self.direction);
         let turns = [Vector3::<f64>::x(), Vector3::y(), Vector3::z()].map(|axis: Vector3<f64>| self.direction.cross_matrix() * (axis.cross_matrix() * self.rotation));
         let moves = [u, v].map(|way| way.cross_matrix() * self.rotation);
         let slopes: [[f64; 9]; 5] = [turns[0], turns[1], turns[2], moves[0], moves[1]].map(|m| std::array::from_fn(|k| m[(k / 3, k % 3)]));
         let (mut normal, mut gradient) = ([[0.0; 5]; 5], [0.0; 5]);
-        for m in matches.list.iter().filter(|m| wanted(m)) {
+        for m in matches {
             let (a, b) = (Vector3::new(m.a[0], m.a[1], 1.0), Vector3::new(m.b[0], m.b[1], 1.0));
             let (line, back) = (essential * a, essential.tr_mul(&b));
             let length = (line.x * line.x + line.y * line.y + back.x * back.x + back.y * back.y).sqrt().max(1e-12);

@@ -17,6 +17,9 @@ use super::robust::{Candidate, Effort, Kind, improved, search};
 use super::rotation::median;
 use super::{RayPair, RelativePose, Solver};
 
+/// Where Tukey's weights end, in standard deviations: 4.685 is 95 % efficient without outliers; less lets fewer in.
+const TUKEY: f64 = 4.0;
+
 /// Options of [`estimate_relative_pose`].
 #[derive(Debug, Clone, Copy)]
 pub struct RelativePoseOptions {
@@ -70,10 +73,35 @@ pub fn estimate_relative_pose(pairs: &[RayPair], options: &RelativePoseOptions, 
     let effort = Effort { limit: options.limit_rad, confidence: options.confidence, least: 30, most: options.max_samples };
     let found = search(&kind, &matches, &effort, rng);
     let best = choose(&kind, found, pairs, &matches, options)?;
-    let sigma = noise(&best.essential(), &matches, options.limit_rad);
-    let pose = polished(best, pairs, &matches, 4.0 * sigma);
+    let plausible = Plausible::of(&best, pairs, &matches, options.limit_rad);
+    let sigma = noise(&best.essential(), &matches, &plausible, options.limit_rad);
+    let pose = polished(best, &matches, &plausible, TUKEY * sigma);
     let flat = Flat::of(&matches, sigma, rng);
-    Some(judge(pose, flat, sigma, pairs, &matches))
+    Some(judge(pose, flat, sigma, pairs, &matches, &plausible))
+}
+
+/// Which matches may be of the scene, whatever their residual: those before both cameras whose parallax others have too. A wrong match
+/// is as likely to lie along its epipolar line as anywhere, and then nothing but its depth shows it.
+struct Plausible(Vec<bool>);
+
+impl Plausible {
+    /// Parallax over so many times what most have at most is nobody's.
+    const MOST: f64 = 3.0;
+
+    fn of(pose: &Twisted, pairs: &[RayPair], matches: &Matches, limit: f64) -> Self {
+        let essential = pose.essential();
+        let parallax: Vec<f64> = matches.list.iter().map(|m| transfer_squared(&pose.rotation, m).sqrt()).collect();
+        let ahead: Vec<bool> = matches.list.iter().map(|m| is_ahead(&pose.rotation, &pose.direction, &pairs[m.pair])).collect();
+        let agree = |i: &usize| ahead[*i] && residual(&essential, &matches.list[*i]).abs() < limit;
+        let mut usual: Vec<f64> = (0..parallax.len()).filter(agree).map(|i| parallax[i]).collect();
+        usual.sort_by(f64::total_cmp);
+        let most = usual.get(usual.len() * 3 / 4).map_or(f64::INFINITY, |p| Self::MOST * p.max(limit));
+        Self(parallax.into_iter().zip(ahead).map(|(p, ahead)| ahead && p < most).collect())
+    }
+
+    fn list<'a>(&'a self, matches: &'a Matches) -> impl Iterator<Item = &'a Match> {
+        matches.list.iter().zip(&self.0).filter(|(_, plausible)| **plausible).map(|(m, _)| m)
+    }
 }
 
 /// The candidate, and the one of its four poses, with most weight before both cameras.
@@ -112,17 +140,24 @@ fn score(pose: &Twisted, pairs: &[RayPair], matches: &Matches, limit: f64) -> f6
     matches.list.iter().map(gain).sum()
 }
 
-/// Standard deviation of the residuals of those that agree: from the median of their size, of one half of a normal distribution.
-fn noise(essential: &Matrix3<f64>, matches: &Matches, limit: f64) -> f64 {
-    let sizes: Vec<f64> = matches.list.iter().map(|m| residual(essential, m).abs()).filter(|r| *r < limit).collect();
-    (1.4826 * median(sizes)).clamp(0.05 * limit, 0.5 * limit)
+/// Standard deviation of what the residuals of those that agree would be alone: cut at 2.5 of it, again and again, and what the cut
+/// takes away from a normal distribution put back.
+fn noise(essential: &Matrix3<f64>, matches: &Matches, plausible: &Plausible, limit: f64) -> f64 {
+    const CUT: f64 = 2.5;
+    const LEFT: f64 = 0.911_2;
+    let sizes: Vec<f64> = plausible.list(matches).map(|m| residual(essential, m).abs()).filter(|r| *r < limit).collect();
+    let mut sigma = 1.4826 * median(sizes.clone());
+    for _ in 0..4 {
+        let (sum, count) = sizes.iter().filter(|r| **r < CUT * sigma).fold((0.0, 0.0), |(sum, count), r| (sum + r * r, count + 1.0));
+        sigma = (sum / f64::max(count, 1.0) / LEFT).sqrt();
+    }
+    sigma.clamp(0.05 * limit, 0.5 * limit)
 }
 
-fn polished(mut pose: Twisted, pairs: &[RayPair], matches: &Matches, limit: f64) -> Twisted {
+fn polished(mut pose: Twisted, matches: &Matches, plausible: &Plausible, limit: f64) -> Twisted {
     for _ in 0..8 {
         let before = pose;
-        let ahead = |m: &Match| is_ahead(&before.rotation, &before.direction, &pairs[m.pair]);
-        match pose.step(matches, limit, ahead) {
+        match pose.step(plausible.list(matches), limit) {
             Some(step) if step > 1e-7 => {}
             Some(_) => break,
             None => return before,
@@ -166,24 +201,34 @@ struct Criterion {
 impl Criterion {
     fn of(&self, squares: impl Iterator<Item = (f64, f64)>) -> f64 {
         const COORDINATES: f64 = 4.0;
-        let most = 2.0 * (COORDINATES - self.dimension);
+        // A match that no model explains costs the same under each: as much as one on a plane may be off at most.
+        let place = COORDINATES.ln() * self.dimension;
+        let outlier = 2.0 * (COORDINATES - 2.0) + COORDINATES.ln() * 2.0;
         let (mut sum, mut count) = (0.0, 0.0);
         for (square, weight) in squares {
-            sum += weight * square.min(most);
+            sum += weight * (square + place).min(outlier);
             count += weight;
         }
-        sum + COORDINATES.ln() * self.dimension * count + (COORDINATES * f64::max(count, 1.0)).ln() * self.parameters
+        sum + (COORDINATES * f64::max(count, 1.0)).ln() * self.parameters
     }
 }
 
-fn judge(general: Twisted, flat: Flat, sigma: f64, pairs: &[RayPair], matches: &Matches) -> RelativePoseFit {
+fn judge(general: Twisted, flat: Flat, sigma: f64, pairs: &[RayPair], matches: &Matches, plausible: &Plausible) -> RelativePoseFit {
     let essential = general.essential();
     let variance = sigma * sigma;
     let of_list = |square: &dyn Fn(&Match) -> f64, criterion: Criterion| criterion.of(matches.list.iter().map(|m| (square(m), m.weight)));
     let flat_square = |h: &Matrix3<f64>, m: &Match| transfer_squared(h, m) / (2.0 * variance);
-    let by_depth = of_list(&|m| residual(&essential, m).powi(2) / variance, Criterion { dimension: 3.0, parameters: 5.0 });
+    let by_depth = {
+        let square = |(m, plausible): (&Match, &bool)| if *plausible { residual(&essential, m).powi(2) / variance } else { f64::INFINITY };
+        let squares = matches.list.iter().zip(&plausible.0).map(|both| (square(both), both.0.weight));
+        Criterion { dimension: 3.0, parameters: 5.0 }.of(squares)
+    };
     let by_plane = flat.plane.map(|h| (of_list(&|m| flat_square(&h, m), Criterion { dimension: 2.0, parameters: 8.0 }), h));
     let by_turn = flat.turn.map(|r| (of_list(&|m| flat_square(&r, m), Criterion { dimension: 2.0, parameters: 3.0 }), r));
+    if std::env::var("DBG2").is_ok() {
+        let n = by_plane.map(|p| matches.list.iter().filter(|m| transfer_squared(&p.1, m) < 18.0 * variance).count());
+        eprintln!("# depth {by_depth:.1} plane {:?} n {n:?} of {} sigma {:.3}", by_plane.map(|p| p.0), matches.list.iter().filter(|m| residual(&essential, m).abs() < 3.0 * sigma).count(), sigma * 500.0);
+    }
     let plane = by_plane.filter(|plane| plane.0 < by_depth);
     let turn = by_turn.filter(|turn| turn.0 < by_depth && plane.is_none_or(|plane| turn.0 <= plane.0));
     let of_plane = |h: Matrix3<f64>| before_plane(&h, &general, sigma, pairs, matches);
@@ -219,11 +264,14 @@ fn before_plane(h: &Matrix3<f64>, general: &Twisted, sigma: f64, pairs: &[RayPai
     });
     let off_plane = |m: &&Match| transfer_squared(h, m) >= 32.0 * sigma * sigma;
     let rated = poses.map(|pose| {
+        if std::env::var("DBG2").is_ok() {
+            let w = Rotation3::from_matrix_unchecked(pose.rotation).scaled_axis() * 57.3;
+            eprintln!("#c turn {:.2} ({:.1} {:.1} {:.1}) dir {:.2} {:.2} {:.2}", w.norm(), w.x, w.y, w.z, pose.direction.x, pose.direction.y, pose.direction.z);
+        }
         let essential = pose.essential();
         let agrees = |m: &&Match| residual(&essential, m).abs() < 3.0 * sigma && is_ahead(&pose.rotation, &pose.direction, &pairs[m.pair]);
         let others: f64 = matches.list.iter().filter(off_plane).filter(agrees).map(|m| m.weight).sum();
-        let turn = ((pose.rotation.trace() - 1.0) / 2.0).clamp(-1.0, 1.0);
-        (others, turn, pose)
+        (others, pose.direction.z.abs(), pose)
     });
     rated.max_by(|a, b| (a.1).total_cmp(&b.1)).map(|best| best.2)
 }
