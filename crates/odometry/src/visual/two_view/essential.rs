@@ -4,8 +4,9 @@
 //! pair that fits exactly. Improvement: Gauss–Newton over rotation and direction, five parameters, with Tukey's weights.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use wide::f32x8;
 
-use super::matches::{LANES, Lanes, Match, Matches};
+use super::matches::{Lanes, Match, Matches};
 use super::ransac::tangent_basis;
 use super::robust::Kind;
 use super::{RayPair, Solver, eight_point, five_point};
@@ -36,8 +37,12 @@ impl Kind for Epipolar {
     }
 
     fn cost(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, enough: f64) -> f64 {
-        let e: [[f32; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| model[(r, c)] as f32));
+        let e = [0, 1, 2].map(|r| [0, 1, 2].map(|c| f32x8::splat(model[(r, c)] as f32)));
         sum_costs(&matches.lanes, limit, enough, |lanes| sampson_squared(&e, lanes))
+    }
+
+    fn agree(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64) -> Vec<bool> {
+        matches.list.iter().map(|m| residual(model, m).abs() < limit).collect()
     }
 
     fn improve(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, steps: usize) -> Option<Matrix3<f64>> {
@@ -53,17 +58,13 @@ impl Kind for Epipolar {
 }
 
 /// Weighted truncated costs; stops when they exceed `enough`.
-pub(super) fn sum_costs(lanes: &[Lanes], limit: f64, enough: f64, squared: impl Fn(&Lanes) -> [f32; LANES]) -> f64 {
-    let (inverse, mut sum) = ((limit * limit).recip() as f32, 0.0f64);
+pub(super) fn sum_costs(lanes: &[Lanes], limit: f64, enough: f64, squared: impl Fn(&Lanes) -> f32x8) -> f64 {
+    let (inverse, mut sum) = (f32x8::splat((limit * limit).recip() as f32), 0.0f64);
+    let (one, share_of_level) = (f32x8::ONE, f32x8::splat(1.0 / LEVELS.len() as f32));
     for lanes in lanes {
-        let squared = squared(lanes);
-        let mut part = 0.0f32;
-        for (weight, r2) in lanes.weight.iter().zip(squared) {
-            let share = r2 * inverse;
-            let gain: f32 = LEVELS.iter().map(|level| (1.0 - level * share).max(0.0)).sum();
-            part += weight * (1.0 - gain * (1.0 / LEVELS.len() as f32));
-        }
-        sum += f64::from(part);
+        let share = squared(lanes) * inverse;
+        let gain = LEVELS.iter().fold(f32x8::ZERO, |gain, level| gain + (one - share * *level).fast_max(f32x8::ZERO));
+        sum += f64::from((lanes.weight * (one - gain * share_of_level)).reduce_add());
         if sum > enough {
             break;
         }
@@ -71,16 +72,13 @@ pub(super) fn sum_costs(lanes: &[Lanes], limit: f64, enough: f64, squared: impl 
     sum
 }
 
-fn sampson_squared(e: &[[f32; 3]; 3], lanes: &Lanes) -> [f32; LANES] {
-    std::array::from_fn(|i| {
-        let (x, y, u, v) = (lanes.a[0][i], lanes.a[1][i], lanes.b[0][i], lanes.b[1][i]);
-        let line = |r: usize| e[r][0] * x + e[r][1] * y + e[r][2];
-        let back = |c: usize| e[0][c] * u + e[1][c] * v + e[2][c];
-        let (l0, l1, l2) = (line(0), line(1), line(2));
-        let (k0, k1) = (back(0), back(1));
-        let product = u * l0 + v * l1 + l2;
-        product * product / (l0 * l0 + l1 * l1 + k0 * k0 + k1 * k1 + 1e-20)
-    })
+fn sampson_squared(e: &[[f32x8; 3]; 3], lanes: &Lanes) -> f32x8 {
+    let ([x, y], [u, v]) = (lanes.a, lanes.b);
+    let line = |r: usize| e[r][0] * x + e[r][1] * y + e[r][2];
+    let back = |c: usize| e[0][c] * u + e[1][c] * v + e[2][c];
+    let (l0, l1, k0, k1) = (line(0), line(1), back(0), back(1));
+    let product = u * l0 + v * l1 + line(2);
+    product * product / (l0 * l0 + l1 * l1 + k0 * k0 + k1 * k1 + f32x8::splat(1e-20))
 }
 
 /// Signed Sampson residual of one match.

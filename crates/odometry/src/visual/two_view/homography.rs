@@ -4,9 +4,10 @@
 //! Decomposition into rotation, direction and plane: Ma, Soatto, Košecká & Sastry 2004, §5.3.3.
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use wide::f32x8;
 
 use super::essential::sum_costs;
-use super::matches::{LANES, Lanes, Match, Matches};
+use super::matches::{Lanes, Match, Matches};
 use super::robust::Kind;
 
 /// Homographies from four matches.
@@ -39,6 +40,10 @@ impl Kind for Plane {
 
     fn cost(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, enough: f64) -> f64 {
         transfer_cost(model, matches, limit, enough)
+    }
+
+    fn agree(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64) -> Vec<bool> {
+        transfer_agrees(model, matches, limit)
     }
 
     fn improve(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, steps: usize) -> Option<Matrix3<f64>> {
@@ -88,6 +93,10 @@ impl Kind for Turn {
         transfer_cost(model, matches, limit, enough)
     }
 
+    fn agree(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64) -> Vec<bool> {
+        transfer_agrees(model, matches, limit)
+    }
+
     fn improve(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, steps: usize) -> Option<Matrix3<f64>> {
         let mut turn = *model;
         for _ in 0..steps {
@@ -112,16 +121,19 @@ pub(crate) fn transfer_squared(h: &Matrix3<f64>, m: &Match) -> f64 {
     if p.z > 1e-9 { (p.x / p.z - m.b[0]).powi(2) + (p.y / p.z - m.b[1]).powi(2) } else { f64::INFINITY }
 }
 
+fn transfer_agrees(h: &Matrix3<f64>, matches: &Matches, limit: f64) -> Vec<bool> {
+    matches.list.iter().map(|m| transfer_squared(h, m) < limit * limit).collect()
+}
+
 fn transfer_cost(h: &Matrix3<f64>, matches: &Matches, limit: f64, enough: f64) -> f64 {
-    let h: [[f32; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| h[(r, c)] as f32));
-    let squared = |lanes: &Lanes| -> [f32; LANES] {
-        std::array::from_fn(|i| {
-            let (x, y, u, v) = (lanes.a[0][i], lanes.a[1][i], lanes.b[0][i], lanes.b[1][i]);
-            let row = |r: usize| h[r][0] * x + h[r][1] * y + h[r][2];
-            let inverse = 1.0 / row(2);
-            let (du, dv) = (row(0) * inverse - u, row(1) * inverse - v);
-            if inverse > 0.0 { du * du + dv * dv } else { f32::MAX }
-        })
+    let h = [0, 1, 2].map(|r| [0, 1, 2].map(|c| f32x8::splat(h[(r, c)] as f32)));
+    let squared = |lanes: &Lanes| {
+        let ([x, y], [u, v]) = (lanes.a, lanes.b);
+        let row = |r: usize| h[r][0] * x + h[r][1] * y + h[r][2];
+        let inverse = f32x8::ONE / row(2);
+        let (du, dv) = (row(0) * inverse - u, row(1) * inverse - v);
+        // Behind the camera nothing agrees.
+        inverse.simd_gt(f32x8::ZERO).blend(du * du + dv * dv, f32x8::splat(1e30))
     };
     sum_costs(&matches.lanes, limit, enough, squared)
 }

@@ -9,10 +9,12 @@
 //! wrong matches go anywhere, while right ones go nearly where their neighbours go (GMS: Bian et al. 2017). Cells of the picture take
 //! turns, so that the first samples are spread over it.
 
+use wide::f32x8;
+
 use super::RayPair;
 
 /// Numbers that are worked on at once.
-pub(super) const LANES: usize = 8;
+const LANES: usize = 8;
 /// Cells along the longer side of what the points cover, for weights and order.
 const CELLS: usize = 10;
 /// The least that a match counts.
@@ -40,9 +42,9 @@ impl Match {
 /// [`LANES`] matches, coordinate by coordinate; lanes that are left over weigh nothing.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lanes {
-    pub a: [[f32; LANES]; 2],
-    pub b: [[f32; LANES]; 2],
-    pub weight: [f32; LANES],
+    pub a: [f32x8; 2],
+    pub b: [f32x8; 2],
+    pub weight: f32x8,
 }
 
 /// Matches, the likeliest first.
@@ -73,14 +75,8 @@ impl Matches {
 }
 
 fn lanes(list: &[Match]) -> Lanes {
-    let mut lanes = Lanes { a: [[0.0; LANES]; 2], b: [[0.0; LANES]; 2], weight: [0.0; LANES] };
-    for (i, m) in list.iter().enumerate() {
-        for k in 0..2 {
-            (lanes.a[k][i], lanes.b[k][i]) = (m.a[k] as f32, m.b[k] as f32);
-        }
-        lanes.weight[i] = m.weight as f32;
-    }
-    lanes
+    let lane = |of: &dyn Fn(&Match) -> f64| f32x8::new(std::array::from_fn(|i| list.get(i).map_or(0.0, |m| of(m) as f32)));
+    Lanes { a: [0, 1].map(|k| lane(&|m| m.a[k])), b: [0, 1].map(|k| lane(&|m| m.b[k])), weight: lane(&|m| m.weight) }
 }
 
 /// Which matches are in which part of the first picture.

@@ -70,7 +70,7 @@ pub struct RelativePoseFit {
 pub fn estimate_relative_pose(pairs: &[RayPair], options: &RelativePoseOptions, rng: &mut impl Rng) -> Option<RelativePoseFit> {
     let matches = Matches::of(pairs);
     let kind = Epipolar { solver: options.solver };
-    let effort = Effort { limit: options.limit_rad, confidence: options.confidence, least: 30, most: options.max_samples };
+    let effort = Effort { limit: options.limit_rad, confidence: options.confidence, least: 200, most: options.max_samples };
     let found = search(&kind, &matches, &effort, rng);
     let best = choose(&kind, found, pairs, &matches, options)?;
     let plausible = Plausible::of(&best, pairs, &matches, options.limit_rad);

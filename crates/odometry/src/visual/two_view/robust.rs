@@ -23,6 +23,8 @@ pub(crate) trait Kind {
     fn solve(&self, sample: &[Match], found: &mut Vec<Self::Model>);
     /// Weighted cost of all matches, at most their weight; any number over `enough` once it is sure to be more.
     fn cost(&self, model: &Self::Model, matches: &Matches, limit: f64, enough: f64) -> f64;
+    /// Whether each match agrees, in their order.
+    fn agree(&self, model: &Self::Model, matches: &Matches, limit: f64) -> Vec<bool>;
     /// A better model near this one: a few steps of reweighted least squares.
     fn improve(&self, model: &Self::Model, matches: &Matches, limit: f64, steps: usize) -> Option<Self::Model>;
 }
@@ -58,9 +60,9 @@ pub(crate) fn search<K: Kind>(kind: &K, matches: &Matches, effort: &Effort, rng:
         return best;
     }
     let (mut growth, mut found, mut sample) = (Growth::new(size, matches.list.len(), effort.most), Vec::new(), Vec::with_capacity(size));
-    let mut needed = effort.most;
+    let mut agree: Vec<bool> = Vec::new();
     let mut drawn = 0;
-    while drawn < needed.clamp(effort.least, effort.most) {
+    while drawn < effort.least || drawn < effort.most && drawn < samples_needed(&agree, growth.pool, size, effort.confidence) {
         drawn += 1;
         growth.draw(matches, rng, &mut sample);
         found.clear();
@@ -77,7 +79,7 @@ pub(crate) fn search<K: Kind>(kind: &K, matches: &Matches, effort: &Effort, rng:
                 if let Some(better) = improved(kind, &best[0], matches, effort.limit) {
                     best[0] = better;
                 }
-                needed = samples_needed(1.0 - best[0].cost / matches.weight, size, effort.confidence);
+                agree = kind.agree(&best[0].model, matches, effort.limit);
             }
         }
     }
@@ -103,9 +105,10 @@ pub(crate) fn improved<K: Kind>(
     (cost < from.cost).then_some(Candidate { model, cost })
 }
 
-/// Samples until one is all right with this confidence (Fischler & Bolles 1981). The cost counts every outlier and a part of each
-/// inlier, so this underestimates the inliers, and draws enough.
-fn samples_needed(share: f64, size: usize, confidence: f64) -> usize {
+/// Samples from a pool until one is all right with this confidence (Fischler & Bolles 1981), if those of it that agree are right.
+fn samples_needed(agree: &[bool], pool: usize, size: usize, confidence: f64) -> usize {
+    let Some(agree) = agree.get(..pool) else { return usize::MAX };
+    let share = agree.iter().filter(|agree| **agree).count() as f64 / pool as f64;
     let all_right = share.clamp(1e-3, 1.0 - 1e-9).powi(size as i32);
     ((1.0 - confidence).ln() / (1.0 - all_right).ln()).ceil() as usize
 }
