@@ -90,7 +90,6 @@ fn solve(problem: &Problem, inverse: &Matrix3<f64>, options: &RelativePoseOption
         let turn = fit.pose.rotation.angle_to(&problem.rotation).to_degrees();
         let is_turn_only = problem.translation.norm() < 1e-9;
         let direction = if is_turn_only { 0.0 } else { angle_deg(&fit.pose.direction, &problem.translation) };
-        if std::env::var("DBG").is_ok() { let w = problem.rotation.scaled_axis()*57.3; let t=problem.translation.normalize(); eprintln!("#t ({:.1} {:.1} {:.1}) dir {:.2} {:.2} {:.2}", w.x,w.y,w.z,t.x,t.y,t.z); eprintln!("{} {:?} turn {turn:.3} dir {direction:.2} inl {} sig {:.3} tru {:.1} got {:.1} ms {cpu_ms:.2}", problem.scenario, fit.motion, fit.inliers.iter().filter(|i| **i).count(), fit.sigma*500.0, problem.rotation.angle().to_degrees(), fit.pose.rotation.angle().to_degrees()); }
         turn.max(direction)
     });
     Outcome { scenario: problem.scenario, error_deg, cpu_ms }
@@ -134,7 +133,14 @@ fn table(rows: &[Row]) -> String {
     let head = ["scenario", "AUC@5° %", "AUC@10° %", "AUC@20° %", "median ms", "95 % ms"];
     let cells = |row: &Row| {
         let percent = |v: f64| format!("{v:.1}");
-        [row.scenario.clone(), percent(row.auc5), percent(row.auc10), percent(row.auc20), format!("{:.2}", row.median_ms), format!("{:.2}", row.p95_ms)]
+        [
+            row.scenario.clone(),
+            percent(row.auc5),
+            percent(row.auc10),
+            percent(row.auc20),
+            format!("{:.2}", row.median_ms),
+            format!("{:.2}", row.p95_ms),
+        ]
     };
     let lines = std::iter::once(head.map(str::to_owned)).chain(rows.iter().map(cells));
     let line = |c: [String; 6]| format!("{:16} {:>9} {:>10} {:>10} {:>10} {:>8}", c[0], c[1], c[2], c[3], c[4], c[5]);

@@ -6,8 +6,8 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use wide::f32x8;
 
+use super::epipolar::tangent_basis;
 use super::matches::{Lanes, Match, Matches};
-use super::ransac::tangent_basis;
 use super::robust::Kind;
 use super::{RayPair, Solver, eight_point, five_point};
 
@@ -106,8 +106,7 @@ impl Twisted {
         // |E|² = 2|t|², which is to be 2.
         let e = essential * (std::f64::consts::SQRT_2 / essential.norm());
         let rows = |m: &Matrix3<f64>, r: usize| m.row(r).transpose();
-        let cofactors =
-            Matrix3::from_rows(&[0, 1, 2].map(|r| rows(&e, (r + 1) % 3).cross(&rows(&e, (r + 2) % 3)).transpose()));
+        let cofactors = Matrix3::from_rows(&[0, 1, 2].map(|r| rows(&e, (r + 1) % 3).cross(&rows(&e, (r + 2) % 3)).transpose()));
         let rotation = cofactors - direction.cross_matrix() * e;
         rotation.iter().all(|v| v.is_finite()).then_some(Self { rotation: orthogonal(&rotation), direction })
     }
@@ -126,7 +125,8 @@ impl Twisted {
     pub fn step<'a>(&mut self, matches: impl Iterator<Item = &'a Match>, limit: f64) -> Option<f64> {
         let essential = self.essential();
         let (u, v) = tangent_basis(&self.direction);
-        let turns = [Vector3::<f64>::x(), Vector3::y(), Vector3::z()].map(|axis: Vector3<f64>| self.direction.cross_matrix() * (axis.cross_matrix() * self.rotation));
+        let turns = [Vector3::<f64>::x(), Vector3::y(), Vector3::z()]
+            .map(|axis: Vector3<f64>| self.direction.cross_matrix() * (axis.cross_matrix() * self.rotation));
         let moves = [u, v].map(|way| way.cross_matrix() * self.rotation);
         let slopes: [[f64; 9]; 5] = [turns[0], turns[1], turns[2], moves[0], moves[1]].map(|m| std::array::from_fn(|k| m[(k / 3, k % 3)]));
         let (mut normal, mut gradient) = ([[0.0; 5]; 5], [0.0; 5]);

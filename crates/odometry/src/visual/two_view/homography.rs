@@ -1,20 +1,15 @@
-//! Which motions agree with matches on one plane, or without any parallax? Homographies and rotations as [`Kind`]s of model.
+//! Which motions agree with matches on one plane? The homography as a [`Kind`] of model.
 //!
-//! Residual: how far the transferred point is from its match, at distance 1. Improvement: Gauss–Newton with Tukey's weights.
-//! Decomposition into rotation, direction and plane: Ma, Soatto, Košecká & Sastry 2004, §5.3.3.
+//! Residual: how far the transferred point is from its match, at distance 1. Decomposition into rotation, direction and plane: Ma, Soatto, Košecká & Sastry 2004, §5.3.3.
 
-use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
-use wide::f32x8;
+use nalgebra::{Matrix3, Vector3};
 
-use super::essential::sum_costs;
-use super::matches::{Lanes, Match, Matches};
+use super::matches::{Match, Matches};
 use super::robust::Kind;
+use super::transfer::{least_squares, transfer_agrees, transfer_cost};
 
 /// Homographies from four matches.
 pub(crate) struct Plane;
-
-/// Rotations, as matrices, from two matches.
-pub(crate) struct Turn;
 
 impl Kind for Plane {
     type Model = Matrix3<f64>;
@@ -68,101 +63,6 @@ impl Kind for Plane {
         }
         h.iter().all(|v| v.is_finite()).then_some(h)
     }
-}
-
-impl Kind for Turn {
-    type Model = Matrix3<f64>;
-
-    fn sample_size(&self) -> usize {
-        2
-    }
-
-    fn solve(&self, sample: &[Match], found: &mut Vec<Matrix3<f64>>) {
-        let [first, second, ..] = sample else { return };
-        let frame = |p: [f64; 2], q: [f64; 2]| {
-            let (p, q) = (Vector3::new(p[0], p[1], 1.0).normalize(), Vector3::new(q[0], q[1], 1.0).normalize());
-            let (middle, normal) = ((p + q).try_normalize(1e-9)?, p.cross(&q).try_normalize(1e-6)?);
-            Some(Matrix3::from_columns(&[middle, normal, middle.cross(&normal)]))
-        };
-        if let (Some(a), Some(b)) = (frame(first.a, second.a), frame(first.b, second.b)) {
-            found.push(b * a.transpose());
-        }
-    }
-
-    fn cost(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, enough: f64) -> f64 {
-        transfer_cost(model, matches, limit, enough)
-    }
-
-    fn agree(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64) -> Vec<bool> {
-        transfer_agrees(model, matches, limit)
-    }
-
-    fn improve(&self, model: &Matrix3<f64>, matches: &Matches, limit: f64, steps: usize) -> Option<Matrix3<f64>> {
-        let mut turn = *model;
-        for _ in 0..steps {
-            let rows = |_: &Match, p: &Vector3<f64>| {
-                // d(R a) = ω × R a, projected.
-                let (u, v) = (p.x / p.z, p.y / p.z);
-                [[-u * v, 1.0 + u * u, -v], [-(1.0 + v * v), u * v, u]]
-            };
-            let step = least_squares::<3>(&turn, matches, limit, rows)?;
-            turn = Rotation3::from_scaled_axis(Vector3::new(step[0], step[1], step[2])).into_inner() * turn;
-            if step.norm() < 1e-8 {
-                break;
-            }
-        }
-        Some(turn)
-    }
-}
-
-/// Squared distance from the transferred point to the match; infinite behind the camera.
-pub(crate) fn transfer_squared(h: &Matrix3<f64>, m: &Match) -> f64 {
-    let p = h * Vector3::new(m.a[0], m.a[1], 1.0);
-    if p.z > 1e-9 { (p.x / p.z - m.b[0]).powi(2) + (p.y / p.z - m.b[1]).powi(2) } else { f64::INFINITY }
-}
-
-fn transfer_agrees(h: &Matrix3<f64>, matches: &Matches, limit: f64) -> Vec<bool> {
-    matches.list.iter().map(|m| transfer_squared(h, m) < limit * limit).collect()
-}
-
-fn transfer_cost(h: &Matrix3<f64>, matches: &Matches, limit: f64, enough: f64) -> f64 {
-    let h = [0, 1, 2].map(|r| [0, 1, 2].map(|c| f32x8::splat(h[(r, c)] as f32)));
-    let squared = |lanes: &Lanes| {
-        let ([x, y], [u, v]) = (lanes.a, lanes.b);
-        let row = |r: usize| h[r][0] * x + h[r][1] * y + h[r][2];
-        let inverse = f32x8::ONE / row(2);
-        let (du, dv) = (row(0) * inverse - u, row(1) * inverse - v);
-        // Behind the camera nothing agrees.
-        inverse.simd_gt(f32x8::ZERO).blend(du * du + dv * dv, f32x8::splat(1e30))
-    };
-    sum_costs(&matches.lanes, limit, enough, squared)
-}
-
-/// One step of Gauss–Newton: `rows` are the derivatives of both coordinates of the transferred point.
-fn least_squares<const N: usize>(
-    h: &Matrix3<f64>,
-    matches: &Matches,
-    limit: f64,
-    rows: impl Fn(&Match, &Vector3<f64>) -> [[f64; N]; 2],
-) -> Option<SVector<f64, N>> {
-    let (mut normal, mut gradient) = (SMatrix::<f64, N, N>::zeros(), SVector::<f64, N>::zeros());
-    for m in &matches.list {
-        let share = transfer_squared(h, m) / (limit * limit);
-        if !(share < 1.0) {
-            continue;
-        }
-        let p = h * Vector3::new(m.a[0], m.a[1], 1.0);
-        let off = [p.x / p.z - m.b[0], p.y / p.z - m.b[1]];
-        let weight = m.weight * (1.0 - share) * (1.0 - share);
-        for (row, off) in rows(m, &p).into_iter().zip(off) {
-            let row = SVector::<f64, N>::from(row);
-            gradient += weight * off * row;
-            normal.syger(weight, &row, &row, 1.0);
-        }
-    }
-    normal.fill_upper_triangle_with_lower_triangle();
-    let damped = normal + SMatrix::<f64, N, N>::identity() * (1e-9 * normal.trace().max(1e-30));
-    Some(-damped.cholesky()?.solve(&gradient))
 }
 
 /// Gauss with pivots; the last column is the right side.

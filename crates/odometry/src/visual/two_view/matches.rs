@@ -52,8 +52,6 @@ pub(crate) struct Lanes {
 pub(crate) struct Matches {
     pub list: Vec<Match>,
     pub lanes: Vec<Lanes>,
-    /// Sum of all weights.
-    pub weight: f64,
 }
 
 impl Matches {
@@ -69,8 +67,7 @@ impl Matches {
         list.iter_mut().zip(weights).for_each(|(m, weight)| m.weight = weight);
         let order = grid.order(&list);
         let list: Vec<Match> = order.into_iter().map(|i| list[i]).collect();
-        let weight = list.iter().map(|m| m.weight).sum();
-        Self { lanes: list.chunks(LANES).map(lanes).collect(), list, weight }
+        Self { lanes: list.chunks(LANES).map(lanes).collect(), list }
     }
 }
 

@@ -93,16 +93,20 @@ fn insert<M>(best: &mut Vec<Candidate<M>>, candidate: Candidate<M>) {
 }
 
 /// A candidate after local optimisation, if it helped.
-pub(crate) fn improved<K: Kind>(
-    kind: &K,
-    from: &Candidate<K::Model>,
-    matches: &Matches,
-    limit: f64,
-) -> Option<Candidate<K::Model>> {
+pub(crate) fn improved<K: Kind>(kind: &K, from: &Candidate<K::Model>, matches: &Matches, limit: f64) -> Option<Candidate<K::Model>> {
     const STEPS: usize = 5;
     let model = kind.improve(&from.model, matches, limit, STEPS)?;
     let cost = kind.cost(&model, matches, limit, from.cost);
     (cost < from.cost).then_some(Candidate { model, cost })
+}
+
+/// Local optimisation until it no longer helps.
+pub(crate) fn finished<K: Kind>(kind: &K, from: Candidate<K::Model>, matches: &Matches, limit: f64) -> K::Model {
+    let mut best = from;
+    while let Some(better) = improved(kind, &best, matches, limit).filter(|better| better.cost < 0.999 * best.cost) {
+        best = better;
+    }
+    best.model
 }
 
 /// Samples from a pool until one is all right with this confidence (Fischler & Bolles 1981), if those of it that agree are right.
