@@ -18,7 +18,7 @@ const ALLOWED: [(&str, &[&str], &[&str]); 8] = [
         &["planwalk-types", "planwalk-odometry", "planwalk-locate", "planwalk-io", "planwalk-sim", "planwalk"],
         &["planwalk-sim"],
     ),
-    ("xtask", &[], &[]),
+    ("xtask", &["planwalk-types", "planwalk-odometry"], &[]),
 ];
 
 /// Crates that touch no file, no clock, no entropy, no terminal.

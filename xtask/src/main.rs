@@ -1,20 +1,27 @@
-//! Checks of the workspace that cargo itself does not make: `cargo xtask layers`; and `cargo xtask plans`, to look at many plans.
+//! Checks and measurements that cargo itself does not make: `cargo xtask layers`, `cargo xtask two-view FILE.npz`; and
+//! `cargo xtask plans`, to look at many plans.
 
 mod layers;
 mod sheet;
+mod two_view;
 
 use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask layers    which crate may use which, and what the pure crates must not touch
-       cargo xtask plans DIR... -o DIR [--options FILE] [--program target/release/planwalk]
-                             every plan under the folders, imported and drawn: index.html and pages of thumbnails;
-                             FILE has lines \"part of a path <tab> options of planwalk plan import\"";
+const USAGE: &str = "usage:
+  cargo xtask layers
+      which crate may use which, and what the pure crates must not touch
+  cargo xtask two-view FILE.npz [--solver five-point|eight-point] [--json]
+      how well and how fast the motion between two pictures is found, a scenario a row
+  cargo xtask plans DIR... -o DIR [--options FILE] [--program target/release/planwalk]
+      every plan under the folders, imported and drawn: index.html and pages of thumbnails;
+      FILE has lines \"part of a path <tab> options of planwalk plan import\"";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
         ["plans", ref request @ ..] => sheet::draw(request),
+        ["two-view", ref words @ ..] => two_view::Wish::of(words).and_then(|wish| two_view::run(&wish)).map_err(|why| vec![why]),
         _ => Err(vec![USAGE.to_owned()]),
     };
     match outcome {

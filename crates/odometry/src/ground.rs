@@ -61,7 +61,7 @@ pub fn level(poses: &[CameraPose]) -> UnitQuaternion<f64> {
     let up = -gravity;
     let forward = ahead - up * ahead.dot(&up);
     // A first look straight up or down has no heading; any will do.
-    let forward = forward.try_normalize(1e-6).unwrap_or_else(|| crate::visual::two_view::ransac::tangent_basis(&up).0);
+    let forward = forward.try_normalize(1e-6).unwrap_or_else(|| crate::visual::two_view::epipolar::tangent_basis(&up).0);
     let rows = Matrix3::from_rows(&[forward.transpose(), up.cross(&forward).transpose(), up.transpose()]);
     UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rows))
 }

@@ -8,7 +8,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Seed, Stamp};
 
 use super::track::{Track, TrackId};
-use super::two_view::{EssentialFit, EssentialOptions, RayPair, RotationOptions, epipolar, estimate_essential, estimate_rotation};
+use super::two_view::{Motion, RayPair, RelativePoseFit, RelativePoseOptions, RotationOptions};
+use super::two_view::{epipolar, estimate_relative_pose, estimate_rotation};
 
 /// A frame from before the map.
 #[derive(Debug, Clone)]
@@ -25,7 +26,7 @@ pub struct EarlyFrame {
 #[derive(Debug, Clone)]
 pub struct FirstViews {
     /// `now ← base`, direction of unit length.
-    pub fit: EssentialFit,
+    pub fit: RelativePoseFit,
     /// Points by track: inverse distance from the base frame along its ray, in baselines, and its standard deviation.
     pub points: BTreeMap<TrackId, (f64, f64)>,
 }
@@ -38,16 +39,17 @@ const PATIENCE: usize = 60;
 /// Frames from before the map; the base is the oldest one whose rays are kept.
 #[derive(Debug)]
 pub struct Beginning {
-    options: EssentialOptions,
+    options: RelativePoseOptions,
+    min_parallax_rad: f64,
     seed: Seed,
     frames: Vec<EarlyFrame>,
     base: usize,
 }
 
 impl Beginning {
-    /// Nothing seen yet.
-    pub fn new(options: EssentialOptions, seed: Seed) -> Self {
-        Self { options, seed, frames: Vec::new(), base: 0 }
+    /// Nothing seen yet. The first views need this much parallax, radians.
+    pub fn new(options: RelativePoseOptions, min_parallax_rad: f64, seed: Seed) -> Self {
+        Self { options, min_parallax_rad, seed, frames: Vec::new(), base: 0 }
     }
 
     /// All frames so far, the ones before [`Beginning::base`] without rays.
@@ -86,18 +88,20 @@ impl Beginning {
         let rays: Vec<RayPair> = common.iter().map(|c| c.1).collect();
         let turned = estimate_rotation(&rays, &RotationOptions::default(), &mut self.seed.derive("rotation only", step))?;
         // A rotation alone takes up part of a real parallax: half of what is asked of the essential matrix is enough to try.
-        if turned.median_parallax_rad < 0.5 * self.options.min_parallax_rad {
+        if turned.median_parallax_rad < 0.5 * self.min_parallax_rad {
             return None;
         }
-        let fit = estimate_essential(&rays, &self.options, &mut self.seed.derive("first views", step)).ok()?;
-        if fit.inliers.iter().filter(|i| **i).count() < FEWEST.max(common.len() / 2) {
+        let fit = estimate_relative_pose(&rays, &self.options, &mut self.seed.derive("first views", step))?;
+        let inliers = fit.inliers.iter().filter(|i| **i).count();
+        if fit.motion == Motion::TurnOnly || fit.parallax_rad < self.min_parallax_rad || inliers < FEWEST.max(common.len() / 2) {
             return None;
         }
+        let sigma_rad = 1.5 * fit.sigma;
         let points = common.iter().zip(&fit.inliers).filter(|(_, inlier)| **inlier).filter_map(|((id, pair), _)| {
             let across = fit.pose.direction.cross(&(fit.pose.rotation * pair.a)).norm().max(1e-3);
             let rho = epipolar::depths(&fit.pose, pair).map_or(0.0, |(a, _)| 1.0 / a);
             // Parallax = ρ · baseline across the ray, so its noise is that of two rays over the baseline across.
-            Some((*id, (rho.max(0.0), 1.5 * self.options.max_angle_rad / across))).filter(|(_, (rho, _))| rho.is_finite())
+            Some((*id, (rho.max(0.0), sigma_rad / across))).filter(|(_, (rho, _))| rho.is_finite())
         });
         let points = points.collect();
         Some(FirstViews { fit, points })

@@ -14,7 +14,7 @@ use super::begin::{Beginning, FirstViews};
 use super::map::{self, Keyframe, KeyframeId, Landmark, Map, Pose, bundle, depth, pose};
 use super::track::{Track, TrackId, Tracker};
 use super::two_view::rotation::median;
-use super::two_view::{EssentialOptions, RayPair, Solver, epipolar, estimate_essential};
+use super::two_view::{RayPair, RelativePoseOptions, Solver, epipolar, estimate_relative_pose};
 use crate::ground::{self, SeenPoint};
 
 /// Options of [`VisualOdometry`].
@@ -156,25 +156,21 @@ pub struct VisualOdometry {
     tracks_at_keyframe: usize,
 }
 
+/// Parallax of the first two keyframes. A tenth of a radian would be better still, but a walk down a corridor takes seconds to get there.
+const FIRST_PARALLAX_RAD: f64 = 0.018;
 /// Strikes in a row after which a point is taken to move by itself.
 const STRIKES: u32 = 3;
 
 impl VisualOdometry {
     /// Odometry for images of this camera.
     pub fn new(camera: Camera, options: OdometryOptions) -> Self {
-        let essential = EssentialOptions {
-            solver: options.solver,
-            max_angle_rad: 1.5 * options.sigma_px / camera.focal_px(),
-            // A tenth of a radian would be better still, but a walk down a corridor takes seconds to get there.
-            min_parallax_rad: 0.018,
-            ..EssentialOptions::default()
-        };
+        let two_view = two_view_options(&camera, &options);
         Self {
             tracker: Tracker::new(camera.clone()),
             camera,
             options,
             map: Map::default(),
-            stage: Stage::Beginning(Beginning::new(essential, options.seed)),
+            stage: Stage::Beginning(Beginning::new(two_view, FIRST_PARALLAX_RAD, options.seed)),
             posed: Vec::new(),
             seen_points: Vec::new(),
             most_tracks: 0,
@@ -470,18 +466,15 @@ impl VisualOdometry {
             .filter_map(|(track, l)| Some((*track, RayPair { a: ray_in(l, before)?, b: ray_in(l, id)? })))
             .collect();
         let rays: Vec<RayPair> = pairs.iter().map(|p| p.1).collect();
-        let options = EssentialOptions {
-            solver: self.options.solver,
-            max_angle_rad: 2.0 * self.sigma_rad(),
-            min_parallax_rad: 0.01,
-            max_samples: 200,
-            ..EssentialOptions::default()
-        };
-        let Ok(fit) = estimate_essential(&rays, &options, &mut self.options.seed.derive("keyframe", id.0 as u64)) else { return };
-        let essential = epipolar::essential_of(&fit.pose);
+        let options = two_view_options(&self.camera, &self.options);
+        let Some(fit) = estimate_relative_pose(&rays, &options, &mut self.options.seed.derive("keyframe", id.0 as u64)) else { return };
+        if fit.parallax_rad < 0.01 {
+            return;
+        }
+        let (essential, limit_rad) = (epipolar::essential_of(&fit.pose), 4.0 * self.sigma_rad());
         for (track, pair) in &pairs {
             let Some(landmark) = self.map.landmarks.get_mut(track) else { continue };
-            if epipolar::epipolar_angle(&essential, pair) > 2.0 * options.max_angle_rad {
+            if epipolar::epipolar_angle(&essential, pair) > limit_rad {
                 landmark.strikes += 1;
                 landmark.seen.pop();
             }
@@ -552,6 +545,10 @@ impl VisualOdometry {
         let gaps = gaps(&poses);
         Ok(Odometry { poses, path, sightings, gaps })
     }
+}
+
+fn two_view_options(camera: &Camera, options: &OdometryOptions) -> RelativePoseOptions {
+    RelativePoseOptions { solver: options.solver, ..RelativePoseOptions::for_focal(camera.focal_px() / options.sigma_px) }
 }
 
 /// The pose at `stamp` if the camera goes on as it did; how far it may differ grows with time.

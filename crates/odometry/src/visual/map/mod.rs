@@ -15,7 +15,7 @@ use nalgebra::{Isometry3, Matrix2x3, Matrix3, UnitQuaternion, Vector2, Vector3};
 use planwalk_types::Stamp;
 
 use crate::visual::track::TrackId;
-use crate::visual::two_view::ransac::tangent_basis;
+use crate::visual::two_view::epipolar::tangent_basis;
 
 /// `odom ← camera`, as the solvers use it.
 pub type Pose = Isometry3<f64>;

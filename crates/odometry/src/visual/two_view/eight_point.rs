@@ -5,7 +5,15 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+use super::matches::Match;
 use super::{RayPair, epipolar};
+
+/// The same of matches on the planes at distance 1.
+pub(crate) fn solve_matches(sample: &[Match]) -> Option<Matrix3<f64>> {
+    let ray = |p: [f64; 2]| Vector3::new(p[0], p[1], 1.0);
+    let pairs: Vec<RayPair> = sample.iter().map(|m| RayPair { a: ray(m.a), b: ray(m.b) }).collect();
+    solve(&pairs)
+}
 
 /// The essential matrix that best fits at least eight pairs; `None` when there are fewer, or they do not determine one.
 pub fn solve(pairs: &[RayPair]) -> Option<Matrix3<f64>> {

@@ -83,6 +83,13 @@ pub fn parallax(rotation: &UnitQuaternion<f64>, pair: &RayPair) -> f64 {
     libm::atan2(turned.cross(&pair.b).norm(), turned.dot(&pair.b))
 }
 
+/// Two unit vectors that make a right-handed frame with `axis`.
+pub(crate) fn tangent_basis(axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let other = if axis.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    let u = axis.cross(&other).normalize();
+    (u, axis.cross(&u))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,40 +2,58 @@
 //!
 //! pairs ─▶ null space E = xX + yY + zZ + W ─▶ ten cubics ─▶ elimination ─▶ 3×3 of polynomials in z ─▶ real roots ─▶ E
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use super::{RayPair, polynomial};
+use super::matches::Match;
+use super::polynomial::{self, DEGREE};
 
-/// Up to ten essential matrices that fit these pairs; more than five pairs are fitted in the least-squares sense first.
-pub fn solve(pairs: &[RayPair]) -> Vec<Matrix3<f64>> {
-    let Some(basis) = null_space(pairs) else { return Vec::new() };
-    let Some(reduced) = eliminate(&constraints(&basis)) else { return Vec::new() };
+/// Adds up to ten essential matrices, of norm √2, that fit the first five of these matches.
+pub(crate) fn solve_into(sample: &[Match], found: &mut Vec<Matrix3<f64>>) {
+    let Some(basis) = null_space(sample) else { return };
+    let Some(reduced) = eliminate(&constraints(&basis)) else { return };
     // Rows of the reduced system (Nistér's e..j): leading monomials x²z, x², y²z, y², xyz, xy.
     let k = subtract_shifted(&reduced[4], &reduced[5]);
     let l = subtract_shifted(&reduced[6], &reduced[7]);
     let m = subtract_shifted(&reduced[8], &reduced[9]);
     let roots = polynomial::real_roots(&determinant(&k, &l, &m));
-    roots.into_iter().filter_map(|z| essential_at(&basis, [&k, &l, &m], z)).collect()
+    found.extend(roots.iter().filter_map(|z| essential_at(&basis, [&k, &l, &m], *z)));
 }
 
-/// The four 3×3 matrices that span the solutions of b·E·a = 0.
-fn null_space(pairs: &[RayPair]) -> Option<[Matrix3<f64>; 4]> {
-    if pairs.len() < 5 {
-        return None;
+/// The four 3×3 matrices that span the solutions of b·E·a = 0: what Householder's reflections of the five rows leave.
+fn null_space(sample: &[Match]) -> Option<[Matrix3<f64>; 4]> {
+    let mut rows = [[0.0; 9]; 5];
+    for (row, m) in rows.iter_mut().zip(sample.get(..5)?) {
+        let (a, b) = ([m.a[0], m.a[1], 1.0], [m.b[0], m.b[1], 1.0]);
+        *row = std::array::from_fn(|i| b[i / 3] * a[i % 3]);
+        let norm = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+        row.iter_mut().for_each(|v| *v /= norm);
     }
-    let mut normal = SMatrix::<f64, 9, 9>::zeros();
-    for pair in pairs {
-        let row = SMatrix::<f64, 9, 1>::from_fn(|i, _| pair.b[i / 3] * pair.a[i % 3]);
-        normal += row * row.transpose();
+    let mut mirrors = [[0.0; 9]; 5];
+    for k in 0..5 {
+        let length = rows[k][k..].iter().map(|v| v * v).sum::<f64>().sqrt();
+        // A row that depends on those before.
+        if !(length > 1e-9) {
+            return None;
+        }
+        let mut mirror = [0.0; 9];
+        mirror[k..].copy_from_slice(&rows[k][k..]);
+        mirror[k] += length.copysign(mirror[k]);
+        let norm = mirror.iter().map(|v| v * v).sum::<f64>().sqrt();
+        mirror.iter_mut().for_each(|v| *v /= norm);
+        rows[k + 1..].iter_mut().for_each(|row| reflect(row, &mirror));
+        mirrors[k] = mirror;
     }
-    let eigen = normal.symmetric_eigen();
-    let mut order: Vec<usize> = (0..9).collect();
-    order.sort_by(|i, j| eigen.eigenvalues[*i].total_cmp(&eigen.eigenvalues[*j]));
-    if !(eigen.eigenvalues[order[4]] > 1e-14 * eigen.eigenvalues[order[8]]) {
-        return None;
-    }
-    let matrix = |i: usize| Matrix3::from_fn(|r, c| eigen.eigenvectors[(3 * r + c, order[i])]);
-    Some([matrix(0), matrix(1), matrix(2), matrix(3)])
+    Some([5, 6, 7, 8].map(|axis| {
+        let mut column = [0.0; 9];
+        column[axis] = 1.0;
+        mirrors.iter().rev().for_each(|mirror| reflect(&mut column, mirror));
+        Matrix3::from_fn(|r, c| column[3 * r + c])
+    }))
+}
+
+fn reflect(v: &mut [f64; 9], mirror: &[f64; 9]) {
+    let along: f64 = v.iter().zip(mirror).map(|(v, m)| v * m).sum();
+    v.iter_mut().zip(mirror).for_each(|(v, m)| *v -= 2.0 * along * m);
 }
 
 /// Linear in (x, y, z, 1).
@@ -153,8 +171,8 @@ fn subtract_shifted(first: &Cubic, second: &Cubic) -> Row {
     Row { x: three(10), y: three(13), one: [f(3), f(2) - s(3), f(1) - s(2), f(0) - s(1), -s(0)] }
 }
 
-fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let mut product = vec![0.0; a.len() + b.len() - 1];
+fn convolve<const A: usize, const B: usize, const C: usize>(a: &[f64; A], b: &[f64; B]) -> [f64; C] {
+    let mut product = [0.0; C];
     for (i, p) in a.iter().enumerate() {
         for (j, q) in b.iter().enumerate() {
             product[i + j] += p * q;
@@ -164,18 +182,13 @@ fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 /// det of the 3×3 of polynomials, degree ten.
-fn determinant(k: &Row, l: &Row, m: &Row) -> Vec<f64> {
-    let minor = |a: &Row, b: &Row| -> Vec<f64> {
-        let (p, q) = (convolve(&a.x, &b.y), convolve(&a.y, &b.x));
-        p.iter().zip(&q).map(|(p, q)| p - q).collect()
+fn determinant(k: &Row, l: &Row, m: &Row) -> [f64; DEGREE + 1] {
+    let minor = |a: &Row, b: &Row| -> [f64; 7] {
+        let (p, q): ([f64; 7], [f64; 7]) = (convolve(&a.x, &b.y), convolve(&a.y, &b.x));
+        std::array::from_fn(|i| p[i] - q[i])
     };
-    let mut sum = vec![0.0; 11];
-    for (a, b, c) in [(k, l, m), (l, m, k), (m, k, l)] {
-        for (s, v) in sum.iter_mut().zip(convolve(&minor(a, b), &c.one)) {
-            *s += v;
-        }
-    }
-    sum
+    let parts: [[f64; DEGREE + 1]; 3] = [convolve(&minor(k, l), &m.one), convolve(&minor(l, m), &k.one), convolve(&minor(m, k), &l.one)];
+    std::array::from_fn(|i| parts[0][i] + parts[1][i] + parts[2][i])
 }
 
 /// E at a root z: (x, y, 1) spans the null space of the 3×3 there.
@@ -195,7 +208,15 @@ fn essential_at(basis: &[Matrix3<f64>; 4], rows: [&Row; 3], z: f64) -> Option<Ma
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::visual::two_view::{epipolar, scene};
+    use crate::visual::two_view::{RayPair, epipolar, scene};
+
+    fn solve(pairs: &[RayPair]) -> Vec<Matrix3<f64>> {
+        let point = |ray: &Vector3<f64>| [ray.x / ray.z, ray.y / ray.z];
+        let sample: Vec<Match> = pairs.iter().map(|p| Match { a: point(&p.a), b: point(&p.b), weight: 1.0, pair: 0 }).collect();
+        let mut found = Vec::new();
+        solve_into(&sample, &mut found);
+        found
+    }
 
     #[test]
     fn the_truth_is_among_the_answers_of_five_exact_pairs() {

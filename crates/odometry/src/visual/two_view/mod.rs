@@ -1,18 +1,26 @@
 //! How did the camera move between two pictures? Relative rotation and direction from rays alone.
 //!
-//! pairs of rays ─▶ rotation only? ─▶ [`five_point`] or [`eight_point`] in RANSAC ─▶ refined rotation and direction
+//! pairs of rays ─▶ [`matches`]: weights, likeliest first ─▶ [`robust`] search: [`five_point`] or [`eight_point`], homography, rotation
+//! ─▶ [`relative`]: which of them, polished
 //!
 //! Convention: `b_from_a`: a point X in camera A is R·X + t in camera B, |t| = 1; E = \[t\]× R; b·E·a = 0.
-//! Pitfall: at low parallax any direction fits and a cheirality vote chooses at random: then [`TwoViewError::LowParallax`].
+//! Pitfall: at low parallax any direction fits and a cheirality vote chooses at random: then it is [`Motion::TurnOnly`].
 
 pub mod eight_point;
 pub mod epipolar;
+mod essential;
 pub mod five_point;
+mod homography;
+mod judge;
+mod matches;
+mod plausible;
 mod polynomial;
-pub mod ransac;
+mod relative;
+mod robust;
 pub mod rotation;
+mod transfer;
 
-pub use ransac::{EssentialFit, EssentialOptions, TwoViewError, estimate_essential};
+pub use relative::{Motion, RelativePoseFit, RelativePoseOptions, estimate_relative_pose};
 pub use rotation::{RotationFit, RotationOptions, estimate_rotation};
 
 use nalgebra::{UnitQuaternion, Vector3};
