@@ -54,7 +54,7 @@ proptest! {
     }
 
     #[test]
-    fn of_six_points_the_one_that_lies_is_named(truth in places(), liar in 0usize..6, way in 0.0f64..6.28, far in 2.0f64..40.0, hands in prop::collection::vec((-0.1f64..0.1, -0.1f64..0.1), 6)) {
+    fn of_six_points_the_one_that_lies_is_named(truth in places(), liar in 0usize..6, way in 0.0f64..std::f64::consts::TAU, far in 2.0f64..40.0, hands in prop::collection::vec((-0.1f64..0.1, -0.1f64..0.1), 6)) {
         // Hands are off by up to 10 cm, the liar by metres.
         let mut points = known(&truth, &SITE);
         for (at, (dx, dy)) in hands.iter().enumerate() {
