@@ -8,7 +8,6 @@
 //! | `scen`, `scen_names` | P, S | which scenario a problem is of, and what they are called |
 
 use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
@@ -90,19 +89,28 @@ fn of_length(archive: &mut Archive, name: &str, count: usize) -> Result<Vec<f64>
 
 /// Numbers of any of the usual types, and their shape.
 fn floats(archive: &mut Archive, name: &str) -> Result<(Vec<f64>, Vec<usize>), String> {
-    fn all<T: Deserialize, R: Read>(file: NpyFile<R>, to: impl Fn(T) -> f64) -> Result<Vec<f64>, NpyFile<R>> {
-        // A type that does not fit gives the file back; what breaks off later is short, and its length tells.
-        Ok(file.try_data::<T>()?.map_while(Result::ok).map(to).collect())
-    }
     let file = open(archive, name)?;
-    let shape: Vec<usize> = file.shape().iter().map(|n| *n as usize).collect();
-    if file.order() != npyz::Order::C && shape.len() > 1 {
+    let (shape, order, kind): (Vec<usize>, _, _) = (file.shape().iter().map(|n| *n as usize).collect(), file.order(), file.dtype().descr());
+    drop(file);
+    if order != npyz::Order::C && shape.len() > 1 {
         return Err(format!("{name} is in Fortran's order: save it with numpy.ascontiguousarray"));
     }
-    let values = all(file, |v: f64| v)
-        .or_else(|file| all(file, |v: f32| f64::from(v)))
-        .or_else(|file| all(file, |v: i64| v as f64))
-        .or_else(|file| all(file, |v: i32| f64::from(v)))
-        .map_err(|file| format!("{name} is of the type {}, not of float or int", file.dtype().descr()))?;
+    let values = if let Some(values) = of_type(archive, name, |v: f64| v)? {
+        values
+    } else if let Some(values) = of_type(archive, name, |v: f32| f64::from(v))? {
+        values
+    } else if let Some(values) = of_type(archive, name, |v: i64| v as f64)? {
+        values
+    } else if let Some(values) = of_type(archive, name, |v: i32| f64::from(v))? {
+        values
+    } else {
+        return Err(format!("{name} is of the type {kind}, not of float or int"));
+    };
     if values.len() == shape.iter().product::<usize>() { Ok((values, shape)) } else { Err(format!("{name} breaks off")) }
+}
+
+/// All numbers, if they are of this type. What breaks off is short.
+fn of_type<T: Deserialize>(archive: &mut Archive, name: &str, to: impl Fn(T) -> f64) -> Result<Option<Vec<f64>>, String> {
+    let numbers = open(archive, name)?.data::<T>();
+    Ok(numbers.ok().map(|numbers| numbers.map_while(Result::ok).map(to).collect()))
 }

@@ -270,7 +270,9 @@ fn a_picture_squeezed_flat_makes_no_paper_of_millions() {
     let picture = stream("/Type/XObject/Subtype/Image/Width 8/Height 8/BitsPerComponent 8/ColorSpace/DeviceGray", &[0; 64]);
     let file = pages(&["200 0 0 0.001 0 50 cm /I Do"], "/Resources<</XObject<</I 10 0 R>>>>", "", &[picture]);
     match read(file, None) {
-        Ok(PdfPage::Scan { luma, .. }) => assert!(luma.data().len() <= super::paint::FEWEST_PAPER as usize + 10_000, "{}", luma.data().len()),
+        Ok(PdfPage::Scan { luma, .. }) => {
+            assert!(luma.data().len() <= super::paint::FEWEST_PAPER as usize + 10_000, "{}", luma.data().len())
+        }
         Ok(PdfPage::Drawing(sketch)) => panic!("{:?}", sketch.notes),
         Err(why) => assert!(matches!(why, PlanFileError::NothingDrawn { .. }), "{why}"),
     }
