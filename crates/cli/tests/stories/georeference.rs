@@ -27,7 +27,7 @@ fn first_corner(dir: &Path) -> (f64, f64) {
         .success();
     let text = fs::read_to_string(dir.join("out.geojson")).unwrap();
     let numbers = text.split("\"coordinates\": [[").nth(1).and_then(|rest| rest.split(']').next()).unwrap();
-    let (longitude, latitude) = numbers.split_once(',').unwrap();
+    let (longitude, latitude) = numbers.trim_start_matches('[').split_once(',').unwrap();
     (longitude.parse().unwrap(), latitude.parse().unwrap())
 }
 

@@ -231,7 +231,8 @@ pub fn words(place: &Georeference) -> String {
         place.anchor.y,
         place.latitude_deg,
         place.longitude_deg,
-        place.bearing_rad.to_degrees().rem_euclid(360.0)
+        // Rounded first: what is as good as north is 0.
+        (100.0 * place.bearing_rad.to_degrees()).round().rem_euclid(36_000.0) / 100.0
     )
 }
 
