@@ -6,7 +6,7 @@ use planwalk::plan_info::{
     BuildingEntry, ConnectionEntry, FindingEntry, GeoreferenceEntry, PassageEntry, RoomEntry, SideEntry, SourceEntry, StoreyEntry,
     WidthsEntry,
 };
-use planwalk::types::{ElementKind, Level};
+use planwalk::types::{Connection, ElementKind, Level, connections};
 use planwalk_io::plan::audit::{self, Audit, End, FOUND, Finding};
 use planwalk_io::plan::native::PlanDocument;
 use planwalk_io::plan::provenance;
@@ -19,11 +19,10 @@ const ROOMS_TOLD: usize = 5;
 /// The building as `plan_info.json` has it; `storey` is the one that is looked at closely.
 pub fn entry(document: &PlanDocument, audits: &[Audit], storey: String) -> BuildingEntry {
     let building = &document.building;
-    let ordinal = |n: &usize| building.levels.get(*n).map_or(0, |level| level.ordinal);
-    let connection = |c: audit::Connection| ConnectionEntry {
+    let connection = |c: Connection| ConnectionEntry {
         kind: c.kind.word().to_owned(),
         name: c.name.clone(),
-        ordinals: c.storeys.iter().map(ordinal).collect(),
+        ordinals: c.ordinals,
         at_m: [c.at.x, c.at.y],
     };
     BuildingEntry {
@@ -39,7 +38,7 @@ pub fn entry(document: &PlanDocument, audits: &[Audit], storey: String) -> Build
         }),
         storey,
         storeys: building.levels.iter().zip(audits).map(|(level, audit)| storey_entry(level, audit)).collect(),
-        connections: audit::connections(building).into_iter().map(connection).collect(),
+        connections: connections(building).into_iter().map(connection).collect(),
         sources: provenance(building).into_iter().map(|(source, shapes)| SourceEntry { source, shapes }).collect(),
     }
 }

@@ -13,6 +13,7 @@ use planwalk_types::{Camera, CameraPose, Path, Rigid3, Seed, Sighting, Stamp, Tr
 use super::begin::{Beginning, FirstViews};
 use super::map::{self, Keyframe, KeyframeId, Landmark, Map, Pose, bundle, depth, pose};
 use super::track::{Track, TrackId, Tracker};
+use super::two_view;
 use super::two_view::rotation::median;
 use super::two_view::{RayPair, RelativePoseOptions, Solver, epipolar, estimate_relative_pose};
 use crate::ground::{self, SeenPoint};
@@ -468,7 +469,8 @@ impl VisualOdometry {
         let rays: Vec<RayPair> = pairs.iter().map(|p| p.1).collect();
         let options = two_view_options(&self.camera, &self.options);
         let Some(fit) = estimate_relative_pose(&rays, &options, &mut self.options.seed.derive("keyframe", id.0 as u64)) else { return };
-        if fit.parallax_rad < 0.01 {
+        // Before a plane the motion is two-fold, and the wrong one breaks with all that is off the plane.
+        if fit.motion != two_view::Motion::General || fit.parallax_rad < 0.01 {
             return;
         }
         let (essential, limit_rad) = (epipolar::essential_of(&fit.pose), 4.0 * self.sigma_rad());

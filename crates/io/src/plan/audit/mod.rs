@@ -7,7 +7,6 @@
 //! Rooms that the file draws as areas are kept. Where it draws none they are found between the walls, unless cells are too coarse to
 //! see a doorway. Nothing of this is needed to localise anybody, and nothing of it changes the plan's cells.
 
-mod connections;
 mod distance;
 mod facade;
 mod finding;
@@ -25,7 +24,6 @@ mod strokes;
 use planwalk_types::{Element, ElementKind, Form, Level, Plan, Pt2};
 
 use super::{PlanFileError, vector};
-pub use connections::{Connection, connections};
 pub use finding::{Finding, ScaleSign};
 use ground::Ground;
 pub(super) use names::labels;
