@@ -23,8 +23,6 @@ const THUMB: (u32, u32) = (620, 460);
 const PAGE: (u32, u32) = (3, 4);
 /// An import that takes longer is ended.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Paper that `plan render` leaves around a plan, metres.
-const MARGIN_M: f64 = 1.0;
 
 /// What became of one plan.
 struct Entry {
@@ -112,19 +110,27 @@ impl Request {
             let document = std::fs::read_to_string(&kept).ok().and_then(|text| serde_json::from_str::<Value>(&text).ok());
             let level = document.as_ref().and_then(storey);
             entry.counts = level.map(counts);
-            let drawn = self::run(Command::new(&self.program).args(["plan", "render", "--force", "-o"]).arg(&drawing).arg(&kept));
+            let drawn = self.render(&kept, &drawing);
             let scale = document.as_ref().and_then(|d| d["source"]["metres_per_unit"].as_f64());
             let is_picture = document.as_ref().is_some_and(|d| d["source"]["format"] == "picture");
-            let under = scale.filter(|_| is_picture).and_then(|metres| Some((image::open(plan).ok()?, metres)));
-            if drawn.succeeded
-                && let Ok(picture) = image::open(&drawing)
-            {
-                entry.thumb = Some(thumbnail(&on_paper(&picture), level.and_then(extent), under.as_ref().map(|(p, m)| (p, *m))));
+            let under = scale.filter(|_| is_picture).and_then(|metres| {
+                let vector = self.output.join("sheet.svg");
+                self.render(&kept, &vector);
+                let sheet = std::fs::read_to_string(&vector).ok().as_deref().and_then(sheet_m);
+                let _ = std::fs::remove_file(vector);
+                Some(Under { picture: image::open(plan).ok()?.to_rgba8(), metres_per_pixel: metres, sheet_m: sheet? })
+            });
+            if drawn && let Ok(picture) = image::open(&drawing) {
+                entry.thumb = Some(thumbnail(&on_paper(&picture), under.as_ref()));
             }
             let _ = std::fs::remove_file(drawing);
         }
         let _ = std::fs::remove_file(kept);
         entry
+    }
+
+    fn render(&self, kept: &Path, drawing: &Path) -> bool {
+        run(Command::new(&self.program).args(["plan", "render", "--force", "-o"]).arg(drawing).arg(kept)).succeeded
     }
 }
 
@@ -260,17 +266,31 @@ fn on_paper(drawing: &image::DynamicImage) -> RgbImage {
     })
 }
 
+/// The picture that a drawing was made of; its lower left corner is the plan's origin.
+struct Under {
+    picture: image::RgbaImage,
+    metres_per_pixel: f64,
+    /// Left and upper edge, width and height of the drawing's sheet on the plan, metres.
+    sheet_m: [f64; 4],
+}
+
+/// What part of the plan a drawing's sheet shows: its `viewBox` is in millimetres, downwards.
+fn sheet_m(svg: &str) -> Option<[f64; 4]> {
+    let (_, rest) = svg.split_once("viewBox=\"")?;
+    let numbers: Vec<f64> = rest.split('"').next()?.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [x, y, width, height] = numbers[..] else { return None };
+    Some([1e-3 * x, -1e-3 * y, 1e-3 * width, 1e-3 * height])
+}
+
 /// A drawing made small, its paper filled by the pale picture that lies under it.
-fn thumbnail(drawing: &RgbImage, extent: Option<[f64; 4]>, under: Option<(&image::DynamicImage, f64)>) -> RgbImage {
+fn thumbnail(drawing: &RgbImage, under: Option<&Under>) -> RgbImage {
     let scale = (f64::from(THUMB.0) / f64::from(drawing.width())).min(f64::from(THUMB.1) / f64::from(drawing.height()));
     let [width, height] = [drawing.width(), drawing.height()].map(|side| ((scale * f64::from(side)).round() as u32).max(1));
     let mut small = image::imageops::resize(drawing, width, height, FilterType::Triangle);
-    let (Some([left, lower, right, upper]), Some((picture, metres))) = (extent, under) else { return small };
-    let picture = picture.to_rgba8();
-    let (wide, high) = (right - left + 2.0 * MARGIN_M, upper - lower + 2.0 * MARGIN_M);
+    let Some(Under { picture, metres_per_pixel: metres, sheet_m: [left, upper, wide, high] }) = under else { return small };
     for (u, v, pixel) in small.enumerate_pixels_mut() {
-        let x = left - MARGIN_M + (f64::from(u) + 0.5) / f64::from(width) * wide;
-        let y = upper + MARGIN_M - (f64::from(v) + 0.5) / f64::from(height) * high;
+        let x = left + (f64::from(u) + 0.5) / f64::from(width) * wide;
+        let y = upper - (f64::from(v) + 0.5) / f64::from(height) * high;
         let (column, row) = ((x / metres).floor(), f64::from(picture.height()) - (y / metres).floor() - 1.0);
         if column >= 0.0 && row >= 0.0 && column < f64::from(picture.width()) && row < f64::from(picture.height()) {
             let [r, g, b, a] = picture.get_pixel(column as u32, row as u32).0;
@@ -345,7 +365,9 @@ mod tests {
         // A picture of 4 × 4 m whose lower left metre is black; the drawing shows the metre around its walls too.
         let picture = RgbImage::from_fn(4, 4, |u, v| if (u, v) == (0, 3) { Rgb([0, 0, 0]) } else { Rgb([255, 255, 255]) });
         let drawing = RgbImage::from_pixel(60, 60, Rgb([255, 255, 255]));
-        let thumb = thumbnail(&drawing, Some([0.0, 0.0, 4.0, 4.0]), Some((&picture.into(), 1.0)));
+        let sheet_m = sheet_m("<svg viewBox=\"-1000 -5000 6000 6000\">").unwrap();
+        let picture = image::DynamicImage::from(picture).to_rgba8();
+        let thumb = thumbnail(&drawing, Some(&Under { picture, metres_per_pixel: 1.0, sheet_m }));
         let at = |x: f64, y: f64| {
             let k = f64::from(thumb.width()) / 6.0;
             thumb.get_pixel(((x + 1.0) * k) as u32, ((5.0 - y) * k) as u32).0[0]

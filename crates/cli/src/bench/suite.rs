@@ -330,7 +330,7 @@ mod tests {
         let jobs = suite.jobs(None);
         for target in &suite.targets {
             let walks = jobs.iter().filter(|job| target.group == "all" || job.case.group() == target.group).count();
-            assert!(walks >= 10, "{}: {walks} walks", target.group);
+            assert!(walks >= 20, "{}: {walks} walks", target.group);
         }
         let covered = Suite::open("sim").unwrap();
         assert!(covered.jobs(None).len() >= 200 && covered.targets.iter().any(|t| t.group == "all" && t.metric.contains("90 %")));

@@ -90,7 +90,9 @@ pub fn render(args: &PlanFileArgs) -> Result<(), Failure> {
     audit.complete(&mut level);
     tell(std::slice::from_ref(&level), voice);
     plan_audit::findings(&audit).iter().for_each(|line| voice.say(line));
-    let title = format!("{}, storey {}", name_of(&args.plan), level.name);
+    // What was kept is still known by the file that it came from.
+    let name = document.source.file.clone().unwrap_or_else(|| name_of(&args.plan));
+    let title = format!("{name}, storey {}", level.name);
     let svg = export::picture(&level, &audit, &title);
     if name.ends_with(".svg") {
         return target.write(svg);

@@ -1,7 +1,7 @@
 //! What does a storey amount to, and what on it looks wrong? Rooms and the ways between them; findings, all at once.
 //!
-//! storey's elements ─▶ cells ─▶ [`ground`]: open, built, doors ─▶ rooms as drawn, or found by [`regions`] ─▶ [`passages`]
-//!                                                                    └▶ names from the texts in them ([`names`])
+//! storey's elements ─▶ cells ─▶ `ground`: open, built, doors ─▶ rooms as drawn, or found by `regions` ─▶ `passages`
+//!                                                                    └▶ names from the texts in them (`names`)
 //! elements, rooms, passages ─▶ [`Finding`]s
 //!
 //! Rooms that the file draws as areas are kept. Where it draws none they are found between the walls, unless cells are too coarse to

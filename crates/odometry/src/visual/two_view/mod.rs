@@ -1,7 +1,7 @@
 //! How did the camera move between two pictures? Relative rotation and direction from rays alone.
 //!
-//! pairs of rays ─▶ [`matches`]: weights, likeliest first ─▶ [`robust`] search: [`five_point`] or [`eight_point`], homography, rotation
-//! ─▶ [`relative`]: which of them, polished
+//! pairs of rays ─▶ [`matches`]: weights, likeliest first ─▶ `robust` search: [`five_point`] or [`eight_point`], homography, rotation
+//! ─▶ `relative`: which of them, polished
 //!
 //! Convention: `b_from_a`: a point X in camera A is R·X + t in camera B, |t| = 1; E = \[t\]× R; b·E·a = 0.
 //! Pitfall: at low parallax any direction fits and a cheirality vote chooses at random: then it is [`Motion::TurnOnly`].

@@ -1,4 +1,4 @@
-//! Did the camera only turn? The rotation as a [`Kind`] of model, and the one that best explains pairs of rays.
+//! Did the camera only turn? The rotation as a `Kind` of model, and the one that best explains pairs of rays.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rand::Rng;
