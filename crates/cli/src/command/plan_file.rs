@@ -91,8 +91,8 @@ pub fn render(args: &PlanFileArgs) -> Result<(), Failure> {
     tell(std::slice::from_ref(&level), voice);
     plan_audit::findings(&audit).iter().for_each(|line| voice.say(line));
     // What was kept is still known by the file that it came from.
-    let name = document.source.file.clone().unwrap_or_else(|| name_of(&args.plan));
-    let title = format!("{name}, storey {}", level.name);
+    let known_as = document.source.file.clone().unwrap_or_else(|| name_of(&args.plan));
+    let title = format!("{known_as}, storey {}", level.name);
     let svg = export::picture(&level, &audit, &title);
     if name.ends_with(".svg") {
         return target.write(svg);
