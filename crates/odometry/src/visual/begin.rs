@@ -96,7 +96,8 @@ impl Beginning {
         if fit.motion == Motion::TurnOnly || fit.parallax_rad < self.min_parallax_rad || inliers < FEWEST.max(common.len() / 2) {
             return None;
         }
-        let sigma_rad = 1.5 * fit.sigma;
+        // Tracks drift while they are followed, neighbours together: more than the noise of the pairs shows.
+        let sigma_rad = self.options.limit_rad;
         let points = common.iter().zip(&fit.inliers).filter(|(_, inlier)| **inlier).filter_map(|((id, pair), _)| {
             let across = fit.pose.direction.cross(&(fit.pose.rotation * pair.a)).norm().max(1e-3);
             let rho = epipolar::depths(&fit.pose, pair).map_or(0.0, |(a, _)| 1.0 / a);
