@@ -8,6 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::building::{Building, Element, ElementKind, Form};
+use crate::groups::Groups;
 use crate::space::{Plan, Pt2};
 
 /// Shapes overlap if this much of both lies over each other, metres: lifts side by side share a wall.
@@ -137,34 +138,6 @@ impl<'b> Piece<'b> {
         let edges = rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
         // The even-odd rule: holes stay holes.
         edges.filter(|(a, b)| (a.y > y) != (b.y > y) && x < a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x)).count() % 2 == 1
-    }
-}
-
-/// Which pieces belong together: each points to an earlier one of its group, the first to itself.
-struct Groups(Vec<usize>);
-
-impl Groups {
-    fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn first(&mut self, mut at: usize) -> usize {
-        while let Some(before) = self.0.get(at).copied().filter(|before| *before != at) {
-            // Halves the way for those who come after.
-            let farther = self.0.get(before).copied().unwrap_or(before);
-            if let Some(slot) = self.0.get_mut(at) {
-                *slot = farther;
-            }
-            at = before;
-        }
-        at
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.first(a), self.first(b));
-        if let Some(slot) = self.0.get_mut(a.max(b)) {
-            *slot = a.min(b);
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Are there letters among the walls? Small things of one size in a row are; columns stand farther apart.
 
-use planwalk_types::{Plan, Pt2};
+use planwalk_types::{Groups, Plan, Pt2};
 
 use super::finding::Finding;
 use super::ground::{Ground, Post};
@@ -25,20 +25,19 @@ pub(super) fn specks(ground: &Ground) -> Vec<Finding> {
         return Vec::new();
     }
     posts.sort_by(|a, b| a.at.x.total_cmp(&b.at.x));
-    let mut words: Vec<usize> = (0..posts.len()).collect();
+    let mut words = Groups::new(posts.len());
     let reach_m = APART * posts.iter().map(|p| p.size_m).fold(0.0, f64::max);
     for (n, a) in posts.iter().enumerate() {
         for (m, b) in posts.iter().enumerate().skip(n + 1).take_while(|(_, b)| b.at.x - a.at.x <= reach_m) {
             let (small, large) = (a.size_m.min(b.size_m), a.size_m.max(b.size_m));
             if a.at.distance(b.at) <= APART * large && small >= ALIKE * large {
-                let (a, b) = (root(&words, n), root(&words, m));
-                words[a.max(b)] = a.min(b);
+                words.join(n, m);
             }
         }
     }
     let mut members: Vec<Vec<Post>> = vec![Vec::new(); posts.len()];
     for (n, post) in posts.iter().enumerate() {
-        members[root(&words, n)].push(*post);
+        members[words.first(n)].push(*post);
     }
     members.into_iter().filter(|word| word.len() >= FEWEST && is_row(word)).map(finding).collect()
 }
@@ -53,14 +52,6 @@ fn is_row(word: &[Post]) -> bool {
     let largest = word.iter().map(|p| p.size_m).fold(0.0, f64::max);
     let aside = |at: Pt2<Plan>| ((other.x - end.x) * (at.y - end.y) - (other.y - end.y) * (at.x - end.x)).abs() / length;
     word.iter().all(|p| aside(p.at) <= ASIDE * largest)
-}
-
-fn root(words: &[usize], of: usize) -> usize {
-    let mut root = of;
-    while words[root] != root {
-        root = words[root];
-    }
-    root
 }
 
 fn finding(word: Vec<Post>) -> Finding {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use planwalk_types::{Plan, Pt2};
+use planwalk_types::{Groups, Plan, Pt2};
 
 use super::finding::Finding;
 use super::ground::{Ground, Place};
@@ -56,15 +56,15 @@ pub(super) fn gaps(passages: &[Passage]) -> Vec<Finding> {
 pub(super) fn unreachable(ground: &Ground, spaces: &Spaces, ways: &[Way]) -> Vec<Finding> {
     let count = spaces.all.len();
     // One part a label, outdoors at 0.
-    let mut parts: Vec<usize> = (0..=count).collect();
+    let mut parts = Groups::new(count + 1);
     let place = |side: u32| if side == OUTDOORS { 0 } else { (side as usize).min(count) };
     for way in ways {
-        join(&mut parts, place(way.sides[0]), place(way.sides[1]));
+        parts.join(place(way.sides[0]), place(way.sides[1]));
     }
     let cells = cells_of(spaces);
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for n in 0..=count {
-        members.entry(root(&mut parts, n)).or_default().push(n);
+        members.entry(parts.first(n)).or_default().push(n);
     }
     let cells_in = |part: &[usize]| part.iter().filter_map(|n| cells.get(n.checked_sub(1)?)).map(Vec::len).sum::<usize>();
     let mut all: Vec<(usize, Vec<usize>)> = members.into_values().map(|part| (cells_in(&part), part)).collect();
@@ -114,18 +114,4 @@ fn through(ground: &Ground, labels: &[u32], reached: &[bool], mut edge: Vec<usiz
         edge = next;
     }
     None
-}
-
-fn root(parts: &mut [usize], of: usize) -> usize {
-    let mut root = of;
-    while parts[root] != root {
-        parts[root] = parts[parts[root]];
-        root = parts[root];
-    }
-    root
-}
-
-fn join(parts: &mut [usize], a: usize, b: usize) {
-    let (a, b) = (root(parts, a), root(parts, b));
-    parts[a.max(b)] = a.min(b);
 }

@@ -11,11 +11,11 @@ mod paper;
 
 use std::collections::HashMap;
 
-use planwalk_types::{Element, ElementKind, Form};
+use planwalk_types::{Element, ElementKind, Form, Groups};
 
 use super::super::PlanFileError;
 use super::nearby::Nearby;
-use super::{Drawn, Piece, SketchPoint, point, specks};
+use super::{Drawn, Piece, SketchPoint, point};
 
 /// A line spans a gap if it is this long, metres: from a hatch in a door to a shop's front.
 const SPAN_M: std::ops::RangeInclusive<f64> = 0.4..=6.0;
@@ -169,20 +169,19 @@ fn chains(lines: &[Piece], ends: &[[Option<End>; 2]]) -> Result<Vec<usize>, Plan
         .collect();
     let points: Vec<Piece> = spots.iter().map(|(_, at, _)| Piece { from: *at, to: *at }).collect();
     let nearby = Nearby::of(points.iter().enumerate());
-    let mut chain: Vec<usize> = (0..lines.len()).collect();
+    let mut chains = Groups::new(lines.len());
     for (i, at, onward) in &spots {
         for (j, other, back) in nearby.to_point(*at).into_iter().filter_map(|k| spots.get(k)) {
             let (dx, dy) = (other[0] - at[0], other[1] - at[1]);
             let aside = (dy * onward[0] - dx * onward[1]).abs();
             let opposed = onward[0] * back[0] + onward[1] * back[1] < -1.0 + 0.5 * ASLANT * ASLANT;
             if i != j && opposed && dx.hypot(dy) <= TOUCH_M && aside <= AT_CORNER_M {
-                let (a, b) = (specks::root(&mut chain, *i), specks::root(&mut chain, *j));
-                chain[a.max(b)] = a.min(b);
+                chains.join(*i, *j);
             }
         }
     }
     nearby.check()?;
-    Ok((0..lines.len()).map(|i| specks::root(&mut chain, i)).collect())
+    Ok((0..lines.len()).map(|i| chains.first(i)).collect())
 }
 
 /// Windows and ways through that the lines show which are no walls; `doors` are known already. What is found is counted in a note.

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use planwalk_types::Groups;
+
 use super::super::PlanFileError;
 use super::nearby::Nearby;
 use super::{Piece, SketchPoint, around};
@@ -30,24 +32,13 @@ pub(super) fn without(lines: Vec<Piece>) -> Result<Vec<Piece>, PlanFileError> {
 
 /// For each piece the number of its figure: pieces whose ends meet, directly or by others.
 fn figures(lines: &[Piece]) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..lines.len()).collect();
+    let mut figures = Groups::new(lines.len());
     let mut first_at: HashMap<(i64, i64), usize> = HashMap::new();
     for (i, piece) in lines.iter().enumerate() {
         for end in [piece.from, piece.to] {
             let cell = end.map(|v| (v / MEET_M).round() as i64);
-            let other = *first_at.entry(cell.into()).or_insert(i);
-            let (a, b) = (root(&mut parent, i), root(&mut parent, other));
-            parent[a.max(b)] = a.min(b);
+            figures.join(i, *first_at.entry(cell.into()).or_insert(i));
         }
     }
-    (0..lines.len()).map(|i| root(&mut parent, i)).collect()
-}
-
-/// The first of those that something is joined with: union-find with path halving.
-pub(super) fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
+    (0..lines.len()).map(|i| figures.first(i)).collect()
 }

@@ -7,7 +7,7 @@
 //! Sources: crack following after Rosenfeld & Kak 1982, ch. 11; areas by union-find over runs (He, Chao & Suzuki 2008), which is
 //! how a hole knows its outline.
 
-use planwalk_types::Cell;
+use planwalk_types::{Cell, Groups};
 
 use super::super::PlanFileError;
 use super::super::cells::Pixels;
@@ -54,13 +54,13 @@ pub(super) fn borders(pixels: &Pixels, is_in: impl Fn(Cell) -> bool, joined: Joi
         smallest_px,
         specks: 0,
     };
-    let mut pieces = Pieces::default();
-    let mut loops: Vec<(u32, bool, Border)> = Vec::new();
+    let mut pieces = Groups::default();
+    let mut loops: Vec<(usize, bool, Border)> = Vec::new();
     let (mut above, mut row): (Vec<Run>, Vec<Run>) = (Vec::new(), Vec::new());
     for (v, cells) in pixels.cells.chunks_exact(pixels.width.max(1)).enumerate() {
         std::mem::swap(&mut above, &mut row);
         runs(cells, &tracer.is_in, &mut row);
-        pieces.join(&above, &mut row, joined);
+        join_rows(&above, &mut row, joined, &mut pieces);
         for run in &row {
             // The first crack of a loop that a scan meets is on its top row: an outline's has the area to its right.
             for (u, heading, is_hole) in [(run.start, Heading::Down, false), (run.end, Heading::Up, true)] {
@@ -76,12 +76,12 @@ pub(super) fn borders(pixels: &Pixels, is_in: impl Fn(Cell) -> bool, joined: Joi
 }
 
 /// Holes go to the outline of their area.
-fn gather(loops: Vec<(u32, bool, Border)>, pieces: &mut Pieces) -> Vec<Vec<Border>> {
+fn gather(loops: Vec<(usize, bool, Border)>, pieces: &mut Groups) -> Vec<Vec<Border>> {
     let mut areas: Vec<Vec<Border>> = Vec::new();
-    let mut area_of = vec![usize::MAX; pieces.parents.len()];
+    let mut area_of = vec![usize::MAX; pieces.len()];
     // An outline is met before its holes.
     for (piece, is_hole, border) in loops {
-        let area = &mut area_of[pieces.root(piece) as usize];
+        let area = &mut area_of[pieces.first(piece)];
         match areas.get_mut(*area) {
             Some(area) if is_hole => area.push(border),
             Some(_) | None if is_hole => {}
@@ -98,7 +98,7 @@ fn gather(loops: Vec<(u32, bool, Border)>, pieces: &mut Pieces) -> Vec<Vec<Borde
 struct Run {
     start: usize,
     end: usize,
-    piece: u32,
+    piece: usize,
 }
 
 fn runs(cells: &[Cell], is_in: impl Fn(Cell) -> bool, found: &mut Vec<Run>) {
@@ -112,44 +112,17 @@ fn runs(cells: &[Cell], is_in: impl Fn(Cell) -> bool, found: &mut Vec<Run>) {
     }
 }
 
-/// Which runs hang together: a forest, in which each root is its tree's first.
-#[derive(Default)]
-struct Pieces {
-    parents: Vec<u32>,
-}
-
-impl Pieces {
-    /// Gives each run of a row its piece: that of the runs above that it touches, or a new one.
-    fn join(&mut self, above: &[Run], row: &mut [Run], joined: Joined) {
-        let reach = usize::from(joined == Joined::AtCorners);
-        let mut first = 0;
-        for run in row {
-            while above.get(first).is_some_and(|other| other.end + reach <= run.start) {
-                first += 1;
-            }
-            let touching = above[first..].iter().take_while(|other| other.start < run.end + reach);
-            let piece = touching.fold(None, |piece, other| Some(piece.map_or(other.piece, |piece| self.unite(piece, other.piece))));
-            run.piece = piece.unwrap_or_else(|| {
-                // A picture has at most 500 million pixels.
-                self.parents.push(self.parents.len() as u32);
-                self.parents.len() as u32 - 1
-            });
+/// Gives each run of a row its piece: that of the runs above that it touches, or a new one.
+fn join_rows(above: &[Run], row: &mut [Run], joined: Joined, pieces: &mut Groups) {
+    let reach = usize::from(joined == Joined::AtCorners);
+    let mut first = 0;
+    for run in row {
+        while above.get(first).is_some_and(|other| other.end + reach <= run.start) {
+            first += 1;
         }
-    }
-
-    fn root(&mut self, mut piece: u32) -> u32 {
-        while self.parents[piece as usize] != piece {
-            let grandparent = self.parents[self.parents[piece as usize] as usize];
-            self.parents[piece as usize] = grandparent;
-            piece = grandparent;
-        }
-        piece
-    }
-
-    fn unite(&mut self, a: u32, b: u32) -> u32 {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-        a.min(b)
+        let touching = above[first..].iter().take_while(|other| other.start < run.end + reach);
+        let piece = touching.fold(None, |piece, other| Some(piece.map_or(other.piece, |piece| pieces.join(piece, other.piece))));
+        run.piece = piece.unwrap_or_else(|| pieces.push());
     }
 }
 

@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use planwalk_types::Groups;
+
 /// Most runs that are looked at: dithered pictures have more than a drawing of any size, and no pieces worth knowing.
 const RUN_LIMIT: usize = 8_000_000;
 
@@ -63,38 +65,38 @@ impl Blobs {
     /// The pieces of the places that are `ink`; `None` where there are too many for a drawing.
     pub fn of(count: usize, width: usize, is_ink: impl Fn(usize) -> bool) -> Option<Self> {
         let mut runs: Vec<Run> = Vec::new();
-        let mut parents: Vec<u32> = Vec::new();
+        let mut groups = Groups::default();
         let (mut above, mut begin) = (0..0, 0);
         for row in 0..count.checked_div(width)? {
             for_runs(
                 width,
                 |u| is_ink(row * width + u),
                 |run| {
-                    let blob = parents.len() as u32;
-                    parents.push(blob);
+                    // A picture has at most 500 million pixels.
+                    let blob = groups.push() as u32;
                     runs.push(Run { row: row as u32, start: run.start as u32, end: run.end as u32, blob });
                 },
             );
             if runs.len() > RUN_LIMIT {
                 return None;
             }
-            join_rows(&runs, above, begin..runs.len(), &mut parents);
+            join_rows(&runs, above, begin..runs.len(), &mut groups);
             above = begin..runs.len();
             begin = runs.len();
         }
-        Some(Self::gathered(runs, parents))
+        Some(Self::gathered(runs, groups))
     }
 
-    fn gathered(mut runs: Vec<Run>, mut parents: Vec<u32>) -> Self {
+    fn gathered(mut runs: Vec<Run>, mut groups: Groups) -> Self {
         let mut blobs: Vec<Blob> = Vec::new();
-        let mut number = vec![u32::MAX; parents.len()];
+        let mut number = vec![u32::MAX; groups.len()];
         for run in &mut runs {
-            let root = root(&mut parents, run.blob) as usize;
-            if number[root] == u32::MAX {
-                number[root] = blobs.len() as u32;
+            let first = groups.first(run.blob as usize);
+            if number[first] == u32::MAX {
+                number[first] = blobs.len() as u32;
                 blobs.push(Blob { low: [u32::MAX; 2], high: [0; 2], area: 0, runs: 0 });
             }
-            run.blob = number[root];
+            run.blob = number[first];
             let blob = &mut blobs[run.blob as usize];
             blob.low = [blob.low[0].min(run.start), blob.low[1].min(run.row)];
             blob.high = [blob.high[0].max(run.end), blob.high[1].max(run.row + 1)];
@@ -120,26 +122,16 @@ impl Blobs {
 }
 
 /// Joins runs that touch, at corners too.
-fn join_rows(runs: &[Run], above: Range<usize>, row: Range<usize>, parents: &mut [u32]) {
+fn join_rows(runs: &[Run], above: Range<usize>, row: Range<usize>, groups: &mut Groups) {
     let mut first = above.start;
     for run in &runs[row] {
         while first < above.end && runs[first].end < run.start {
             first += 1;
         }
         for other in runs[first..above.end].iter().take_while(|other| other.start <= run.end) {
-            let (a, b) = (root(parents, run.blob), root(parents, other.blob));
-            parents[a.max(b) as usize] = a.min(b);
+            groups.join(run.blob as usize, other.blob as usize);
         }
     }
-}
-
-fn root(parents: &mut [u32], mut at: u32) -> u32 {
-    while parents[at as usize] != at {
-        let up = parents[parents[at as usize] as usize];
-        parents[at as usize] = up;
-        at = up;
-    }
-    at
 }
 
 /// Calls `found` with each run of places where `is` holds.
