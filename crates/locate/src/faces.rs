@@ -3,15 +3,14 @@
 //! FloorPlan, part of it ──▶ distances to the nearest wall and out of it (exact, in cells) ──▶ signed distance, interpolated
 //!
 //! Positive before a wall, negative within it, 0 at its face. Coordinates are metres from the grid's bottom-left corner.
-//! Source: Felzenszwalb & Huttenlocher 2012 (distance transforms). The filter's own field knows half cells only, which is
-//! enough to tell places apart; least squares needs a slope.
+//! The filter's own field knows half cells only, which is enough to tell places apart; least squares needs a slope.
 
-use planwalk_types::{Cell, FloorPlan};
-
-use crate::field::lower_envelope;
+use planwalk_types::{Cell, FloorPlan, distance};
 
 /// Distances are kept up to this, metres: a point farther off no wall explains.
 const REACH_M: f64 = 2.0;
+/// Where there is no wall, or nothing else.
+const FAR_CELLS: f64 = 1e6;
 
 /// Signed distances to walls over a part of the plan.
 #[derive(Debug, Clone)]
@@ -47,7 +46,8 @@ impl Field {
                 plan.cells()[start..start + width].iter().map(|cell: &Cell| cell.blocks())
             })
             .collect();
-        let (to_wall, out_of_it) = (distances(&wall, width, true), distances(&wall, width, false));
+        let to_nearest = |of: bool| distance::to_nearest(wall.iter().map(|wall| *wall == of), width, FAR_CELLS, |cells| cells);
+        let (to_wall, out_of_it) = (to_nearest(true), to_nearest(false));
         let signed = |i: usize| {
             // From a cell's centre to the face of its neighbour is half a cell less than to that one's centre.
             let cells = if wall[i] { 0.5 - out_of_it[i] } else { to_wall[i] - 0.5 };
@@ -88,26 +88,6 @@ impl Field {
         let above = self.at(column, row + 1) * (1.0 - a) + self.at(column + 1, row + 1) * a;
         below * (1.0 - b) + above * b
     }
-}
-
-/// Distance in cells from each cell's centre to the nearest one's whose value is `of`; large where there is none.
-fn distances(cells: &[bool], width: usize, of: bool) -> Vec<f64> {
-    const FAR: f64 = 1e6;
-    if width == 0 {
-        return Vec::new();
-    }
-    let mut down: Vec<f64> = cells.iter().map(|c| if *c == of { 0.0 } else { FAR }).collect();
-    for i in width..cells.len() {
-        down[i] = down[i].min(down[i - width] + 1.0);
-    }
-    for i in (0..cells.len().saturating_sub(width)).rev() {
-        down[i] = down[i].min(down[i + width] + 1.0);
-    }
-    for row in down.chunks_exact_mut(width) {
-        let squares: Vec<f64> = row.iter().map(|d| d * d).collect();
-        row.iter_mut().zip(lower_envelope(&squares)).for_each(|(out, square)| *out = square.sqrt());
-    }
-    down
 }
 
 #[cfg(test)]

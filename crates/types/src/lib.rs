@@ -15,6 +15,7 @@
 pub mod building;
 pub mod camera;
 pub mod connection;
+pub mod distance;
 pub mod frame;
 pub mod groups;
 pub mod motion;

@@ -7,7 +7,6 @@
 //! Rooms that the file draws as areas are kept. Where it draws none they are found between the walls, unless cells are too coarse to
 //! see a doorway. Nothing of this is needed to localise anybody, and nothing of it changes the plan's cells.
 
-mod distance;
 mod facade;
 mod finding;
 mod ground;

@@ -12,8 +12,10 @@
 
 use std::collections::BTreeMap;
 
+use planwalk_types::distance;
+
+use super::facade;
 use super::ground::{Ground, Place};
-use super::{distance, facade};
 
 /// No room.
 pub(super) const NONE: u32 = 0;
@@ -60,7 +62,8 @@ pub(super) fn divide(ground: &Ground, labels: Vec<u32>, count: u32) -> Regions {
 fn flood(ground: &Ground, labels: Vec<u32>, count: u32, posts: &[usize]) -> Regions {
     let mut obstacles: Vec<bool> = (0..labels.len()).map(|i| ground.places[i] != Place::Open || labels[i] != NONE).collect();
     posts.iter().for_each(|i| obstacles[*i] = true);
-    let clearance = distance::to_nearest(&obstacles, ground.width);
+    let far = obstacles.len() as f32;
+    let clearance = distance::to_nearest(obstacles, ground.width, far, |cells| cells as f32);
     let mut flood = Flood { ground, clearance: &clearance, basin: vec![NONE; labels.len()], basins: Basins::default() };
     for i in highest_first(&clearance) {
         flood.visit(i);
