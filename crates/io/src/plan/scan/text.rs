@@ -107,8 +107,9 @@ fn glyphs(blobs: &[Blob], axis: usize, largest: u32) -> Vec<Glyph> {
         let (size, span) = (b.size(), |k: usize| [f64::from(b.low[k]), f64::from(b.high[k])]);
         let (length, height) = (size[axis], size[1 - axis]);
         let fill = b.area as f64 / (f64::from(size[0]) * f64::from(size[1]));
-        // Along columns the runs of rows say little; the ink says as much: half of a word's box.
-        let strokes = if axis == 0 { f64::from(b.runs) / f64::from(size[1]) } else { f64::from(length) * fill / 3.0 };
+        // Along columns the runs of rows say little; the ink says as much, and the paper between strokes: each is half of a word's box.
+        // What is nearly solid is a post.
+        let strokes = if axis == 0 { f64::from(b.runs) / f64::from(size[1]) } else { f64::from(length) * fill.min(1.0 - fill) / 3.0 };
         // Words that run together are longer than letters; other long pieces are walls between doors, which stand in rows too.
         let is_letters = f64::from(length) <= WIDEST * f64::from(height) || (strokes >= MERGED.1 && length <= 8 * height);
         let fits = (LEAST_PX..=largest).contains(&height) && is_letters;
@@ -215,6 +216,9 @@ mod tests {
         }
         sheet.rect([300, 300, 312, 302]);
         sheet.rect([300, 300, 302, 312]);
+        // A post that lacks some pixels at its foot.
+        sheet.rect([500, 300, 507, 309]);
+        sheet.rect([503, 309, 505, 313]);
         assert_eq!(sheet.letters().0, 0);
     }
 
