@@ -22,6 +22,10 @@ const MAIN_SHARE: f64 = 0.05;
 const GOOD_SHARE: f64 = 0.3;
 /// … and from this one on if they have another layer and another colour: routes and axes are long and straight too.
 const UNLIKE_SHARE: f64 = 0.6;
+/// What is filled is a piece of wall, and no column, if its outline is this many times its thickness: it is four times as long as thick.
+const SLENDER: f64 = 12.0;
+/// Pens that draw around the same things begin and end this near to each other, metres.
+const SAME_M: f64 = 0.1;
 /// What is filled and thin looks like a wall, more than any line does.
 const FILLED_COUNTS: f64 = 3.0;
 
@@ -75,6 +79,23 @@ impl Pen<'_> {
         self.name == other.name || colour(self) == colour(other) || self.is_solid() && other.is_solid()
     }
 
+    /// Whether it drew, by bare lines, what lies below or above the walls, such as a roof's edge, where walls are drawn so broad.
+    fn is_below(&self, cut: f64) -> bool {
+        !self.is_solid() && 2.0 * self.width < cut
+    }
+
+    /// Outlines of pieces of wall that are filled, metres.
+    fn slender_m(&self) -> f64 {
+        let length = |shape: &[&Drawn<'_>]| shape.iter().map(|ring| ring.length_m()).sum::<f64>();
+        let is_slender = |shape: &&[&Drawn<'_>]| shape[0].is_filled() && length(shape) >= SLENDER * thickness_m(shape);
+        shapes(&self.paths).into_iter().filter(is_slender).map(length).sum()
+    }
+
+    /// The box around what it drew straight.
+    fn bounds(&self) -> Option<Bounds> {
+        around(&self.straight().collect::<Vec<_>>())
+    }
+
     fn says(&self, wanted: ElementKind) -> bool {
         self.meaning == Some(Meaning::Part(wanted))
     }
@@ -100,7 +121,8 @@ pub(super) fn choose<'a, 'b>(pens: &'b [Pen<'a>], notes: &mut Vec<String>) -> Ve
         return by_layer;
     }
     let whole = Whole::of(pens);
-    let scores: Vec<f64> = pens.iter().map(|pen| pen.score(&whole)).collect();
+    let cut = width_of_cuts(pens);
+    let scores: Vec<f64> = pens.iter().map(|pen| if pen.is_below(cut) { 0.0 } else { pen.score(&whole) }).collect();
     let Some((best, most)) = pens.iter().zip(&scores).max_by(|a, b| a.1.total_cmp(b.1)) else { return Vec::new() };
     let good = |(pen, score): &(&'b Pen<'a>, &f64)| {
         let share = if pen.is_like(best) { GOOD_SHARE } else { UNLIKE_SHARE };
@@ -114,6 +136,18 @@ pub(super) fn choose<'a, 'b>(pens: &'b [Pen<'a>], notes: &mut Vec<String>) -> Ve
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     ));
     chosen
+}
+
+/// How broad the pen is that goes around walls which are filled: what is cut is drawn so. 0 where nothing tells it.
+fn width_of_cuts(pens: &[Pen<'_>]) -> f64 {
+    let cut: Vec<Bounds> =
+        pens.iter().filter(|pen| pen.is_solid() && pen.slender_m() >= BELIEVED_M).filter_map(|pen| pen.bounds()).collect();
+    let is_same = |a: &Bounds, b: &Bounds| {
+        let near = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] - b[k]).abs() <= SAME_M);
+        near(a.low, b.low) && near(a.high, b.high)
+    };
+    let goes_around = |pen: &&Pen<'_>| !cut.is_empty() && pen.bounds().is_some_and(|bounds| cut.iter().any(|cut| is_same(cut, &bounds)));
+    pens.iter().filter(goes_around).map(|pen| pen.width).fold(0.0, f64::max)
 }
 
 /// Degrees modulo a quarter turn, rounded.

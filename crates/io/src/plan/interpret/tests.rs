@@ -127,6 +127,25 @@ fn between_the_two_faces_of_a_wall_there_is_wall() {
 }
 
 #[test]
+fn a_roof_below_is_no_wall_where_walls_are_filled_and_drawn_round_with_a_broader_pen() {
+    let solid = With { fill: Some([90, 80, 70]), stroke: None, width: 0.0, ..THICK };
+    let walls_with = |roof: With<'_>| {
+        let mut sheet = Sheet::default();
+        // A stairhead of 8 m × 5 m on a roof of 60 m × 40 m.
+        for [x0, y0, x1, y1] in [[0.0, 0.0, 8.0, 0.25], [0.0, 4.75, 8.0, 5.0], [0.0, 0.0, 0.25, 5.0], [7.75, 0.0, 8.0, 5.0]] {
+            sheet
+                .rectangle(solid, x0, y0, x1, y1)
+                .line(THICK, &[[x0, y0], [x1, y0], [x1, y1]])
+                .line(THICK, &[[x1, y1], [x0, y1], [x0, y0]]);
+        }
+        sheet.line(roof, &[[8.0, 5.0], [50.0, 5.0], [50.0, -35.0], [-10.0, -35.0], [-10.0, 5.0], [0.0, 5.0]]);
+        at(&sheet.plan(), 50.0, -20.0)
+    };
+    assert_eq!(walls_with(With { stroke: Some([191, 128, 128]), ..THIN }), Cell::Unknown, "beyond all walls");
+    assert_eq!(walls_with(With { stroke: Some([191, 128, 128]), ..THICK }), Cell::Wall, "a pen as broad as theirs");
+}
+
+#[test]
 fn filled_shapes_are_walls_if_they_are_thin_and_not_paper() {
     let solid = |fill: [u8; 3]| With { fill: Some(fill), stroke: None, width: 0.0, ..THICK };
     let mut sheet = Sheet::default();
