@@ -9,6 +9,7 @@
 //! shapes' own metres. Doors are known to shapes, and to pictures where they are drawn open or in colour; windows to shapes only.
 //! Pitfall: pictures have row 0 at the top.
 
+mod astray;
 pub mod audit;
 mod bounds;
 mod cells;
@@ -153,7 +154,24 @@ pub enum PlanFileError {
         height_m: f64,
         /// Most that there may be, square kilometres.
         limit_km2: f64,
-        /// The point farthest from the origin.
+        /// The point farthest from the middle of the others.
+        x: f64,
+        /// Its other coordinate.
+        y: f64,
+    },
+    /// Shapes that cannot be one building.
+    #[error(
+        "the shapes span {width_km:.0} km × {height_km:.0} km, and no site is wider than 100 km: the farthest from all the rest is {what}, at \
+         ({x}, {y}); take it out if it is astray, or save the coordinates in metres if they are none"
+    )]
+    Astray {
+        /// From the leftmost to the rightmost point.
+        width_km: f64,
+        /// From the lowest to the highest.
+        height_km: f64,
+        /// What lies farthest from the middle of the others.
+        what: String,
+        /// Its point there.
         x: f64,
         /// Its other coordinate.
         y: f64,
@@ -171,6 +189,17 @@ pub enum PlanFileError {
         line: usize,
         /// What is wrong with it.
         why: String,
+    },
+    /// A list of something else than walls.
+    #[error(
+        "{points} of the {rows} rows begin and end at one place: this is no list of walls but of places, perhaps of a walk; a wall is x0,y0,x1,y1, \
+         two ends"
+    )]
+    NoLengths {
+        /// Rows whose ends are one.
+        points: usize,
+        /// All rows.
+        rows: usize,
     },
     /// Read, but no plan.
     #[error(transparent)]

@@ -14,7 +14,8 @@ use super::pdf::PdfPage;
 use super::scale::Scale;
 use super::sketch::Sketch;
 use super::{
-    PlanFileError, PlanOptions, audit, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg, wall_list,
+    PlanFileError, PlanOptions, astray, audit, drawing, dxf, geojson, imdf, interpret, measure, native, osm, outline, pdf, ros, svg,
+    wall_list,
 };
 use crate::raster::{self, SizeLimit};
 use crate::text;
@@ -46,6 +47,16 @@ pub(super) enum Opened {
 
 /// Opens a plan of any format; with notes for people, and where it came from as far as the file says.
 pub(super) fn open(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
+    let (opened, source) = by_kind(path, options, notes)?;
+    match &opened {
+        Opened::Drawn(building) => astray::check(building)?,
+        Opened::Kept(document) => astray::check(&document.building)?,
+        Opened::Picture { .. } | Opened::Map(_) => {}
+    }
+    Ok((opened, source))
+}
+
+fn by_kind(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) -> Result<(Opened, Source), PlanFileError> {
     let stated = stated_scale(options, notes)?;
     let is_yaml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml"));
     if stated.is_some() && options.drawing_scale.is_some() {

@@ -132,6 +132,9 @@ impl Projection {
             (Unit::Grid(grid), None) => {
                 format!("coordinates are taken as metres; UTM zone {} ({name}) does not reach there", grid.name())
             }
+            (Unit::Metres, _) if !in_metres && is_degrees(&code(crs)) => {
+                format!("coordinates are taken as metres, though {name} counts in degrees: most lie beyond 360 and 90; the plan keeps them")
+            }
             (Unit::Metres, _) => format!("coordinates are taken as metres ({name}); the plan keeps them"),
             (Unit::Degrees | Unit::WebMercator, _) => {
                 format!(
@@ -165,15 +168,19 @@ fn middle(points: &[Point]) -> Point {
     })
 }
 
+/// Number of a coordinate system, or its short name.
+fn code(crs: Option<&str>) -> String {
+    crs.unwrap_or("").rsplit(':').next().unwrap_or("").to_ascii_uppercase()
+}
+
 fn unit(crs: Option<&str>, in_metres: bool, points: &[Point]) -> Unit {
-    let name = crs.unwrap_or("").to_ascii_uppercase();
-    let code = name.rsplit(':').next().unwrap_or("");
+    let code = &code(crs);
     if in_metres {
         return Unit::Metres;
     }
-    match code {
+    match code.as_str() {
         "3857" | "900913" | "102100" => return Unit::WebMercator,
-        "4326" | "4258" | "4979" | "CRS84" | "CRS84H" => return Unit::Degrees,
+        _ if is_degrees(code) && could_be_degrees(points) => return Unit::Degrees,
         _ => {}
     }
     if let Some(grid) = Utm::of_epsg(code) {
@@ -184,6 +191,16 @@ fn unit(crs: Option<&str>, in_metres: bool, points: &[Point]) -> Unit {
     let on_globe = x.0 >= -180.0 && x.1 <= 180.0 && y.0 >= -90.0 && y.1 <= 90.0;
     let narrow = x.1 - x.0 <= WIDEST_SITE_DEG && y.1 - y.0 <= WIDEST_SITE_DEG;
     if on_globe && narrow && crs.is_none() { Unit::Degrees } else { Unit::Metres }
+}
+
+/// Whether a coordinate system counts in degrees.
+fn is_degrees(code: &str) -> bool {
+    matches!(code, "4326" | "4258" | "4979" | "CRS84" | "CRS84H")
+}
+
+/// Whether most points are on the globe. Programs that know no other coordinate system write the name of this one over metres.
+fn could_be_degrees(points: &[Point]) -> bool {
+    2 * points.iter().filter(|[x, y]| x.abs() <= 360.0 && y.abs() <= 90.0).count() >= points.len()
 }
 
 fn degrees_of_web_mercator([x, y]: Point) -> Point {
@@ -211,6 +228,15 @@ mod tests {
         let [x, y] = of(None, &degrees).metres(degrees[1]);
         assert!((x - 663.0).abs() < 1.0 && (y - 1113.0).abs() < 1.0, "{x}, {y}");
         assert_eq!(of(Some("urn:ogc:def:crs:OGC:1.3:CRS84"), &degrees).metres(degrees[0]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn metres_that_are_called_degrees_stay_metres() {
+        let utm = [[566_600.0, 5_932_800.0], [566_601.0, 5_932_801.0], [12.0, 9.0]];
+        let mut notes = Vec::new();
+        let projection = Projection::of(Some("urn:ogc:def:crs:OGC:1.3:CRS84"), false, &utm, &mut notes);
+        assert_eq!(projection.metres(utm[1]), utm[1]);
+        assert!(projection.georeference().is_none() && notes[0].contains("though"), "{notes:?}");
     }
 
     #[test]

@@ -7,7 +7,7 @@
 
 use planwalk_types::{Cell, Element, ElementKind, FloorPlan, Form, Plan, PlanError, Pt2};
 
-use super::{PlanFileError, audit};
+use super::{PlanFileError, astray, audit};
 
 /// Smallest side of a cell, as in [`super::cells`].
 const FINEST_M: f64 = 0.05;
@@ -98,7 +98,7 @@ impl Canvas {
         // Written so that what is not finite is refused too.
         let fits = size_m[0] * size_m[1] <= CELLS_WANTED * cell_m * cell_m && low.iter().chain(&high).all(|v| v.abs() < 1e9);
         if !fits {
-            let far = points().max_by(|a, b| a.x.hypot(a.y).total_cmp(&b.x.hypot(b.y))).unwrap_or(Pt2::new(0.0, 0.0));
+            let far = astray::farthest(elements.iter().copied()).map_or(Pt2::new(0.0, 0.0), |(_, at)| at);
             let limit_km2 = CELLS_WANTED * coarsest_m * coarsest_m / 1e6;
             return Err(PlanFileError::TooWide { width_m: size_m[0], height_m: size_m[1], limit_km2, x: far.x, y: far.y });
         }

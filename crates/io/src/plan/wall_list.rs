@@ -18,6 +18,12 @@ const KIND: [&str; 3] = ["kind", "type", "category"];
 const UNITS: [(&str, f64); 7] =
     [("_m", 1.0), ("_cm", 0.01), ("_mm", 0.001), ("_ft", FOOT_M), ("_feet", FOOT_M), ("_in", FOOT_M / 12.0), ("_inch", FOOT_M / 12.0)];
 const FOOT_M: f64 = 0.3048;
+/// No wall is longer, metres: times and places of a walk are, and millimetres that are taken for metres.
+const LONGEST_M: f64 = 10_000.0;
+/// What is shorter, metres, begins and ends at one place.
+const SHORTEST_M: f64 = 1e-3;
+/// A list is none of walls if so many of ten rows begin and end at one place.
+const PLACES_OF_TEN: usize = 9;
 
 /// Where the columns are, and what their numbers are.
 struct Columns {
@@ -91,15 +97,26 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, Plan
     }
     let mut columns = header.unwrap_or_default();
     columns.metres_per_unit *= alone.unwrap_or(1.0);
-    let mut elements = Vec::new();
+    let (mut elements, mut places) = (Vec::new(), Vec::new());
     for (line, row) in rows {
-        elements.push(element(line, &cells(row), &columns)?);
+        match element(line, &cells(row), &columns)? {
+            Some(element) => elements.push(element),
+            None => places.push(line),
+        }
+    }
+    if let Some(first) = places.first() {
+        let (points, rows) = (places.len(), places.len() + elements.len());
+        if 10 * points >= PLACES_OF_TEN * rows {
+            return Err(PlanFileError::NoLengths { points, rows });
+        }
+        notes.push(format!("{points} of {rows} rows begin and end at one place, the first in line {first}: they are left out"));
     }
     notes.push(format!("a list of {} walls, doors and windows; their unit is {} m", elements.len(), columns.metres_per_unit));
     Ok(Building::of_one_level(elements))
 }
 
-fn element(line: usize, cells: &[&str], columns: &Columns) -> Result<Element, PlanFileError> {
+/// What a row says; nothing if it has no length.
+fn element(line: usize, cells: &[&str], columns: &Columns) -> Result<Option<Element>, PlanFileError> {
     let number = |k: usize| {
         let cell = cells.get(columns.ends[k]).copied().unwrap_or("");
         let value = cell.parse().ok().map(|v: f64| v * columns.metres_per_unit).filter(|v| v.is_finite());
@@ -111,8 +128,15 @@ fn element(line: usize, cells: &[&str], columns: &Columns) -> Result<Element, Pl
         Some(Meaning::Part(kind)) if !kind.is_ground() => kind,
         _ => return Err(PlanFileError::BadWall { line, why: format!("\"{}\" is no kind of wall", text::short(word)) }),
     };
-    let ends = vec![Pt2::new(number(0)?, number(1)?), Pt2::new(number(2)?, number(3)?)];
-    Ok(Element { source: Some(format!("line {line}")), ..Element::new(kind, Form::Line(ends)) })
+    let ends = [Pt2::new(number(0)?, number(1)?), Pt2::new(number(2)?, number(3)?)];
+    let length_m = ends[0].distance(ends[1]);
+    if length_m > LONGEST_M {
+        let why =
+            format!("it would be {length_m:.0} m long: are these times and places, or is the unit another (x0_mm,y0_mm,… in the header)?");
+        return Err(PlanFileError::BadWall { line, why });
+    }
+    let wall = || Element { source: Some(format!("line {line}")), ..Element::new(kind, Form::Line(ends.to_vec())) };
+    Ok((length_m >= SHORTEST_M).then(wall))
 }
 
 #[cfg(test)]
@@ -156,6 +180,19 @@ mod tests {
             let plan = drawn(&list);
             assert_eq!((plan.at(Pt2::new(3.05, 1.0)), plan.at(Pt2::new(10.0, 1.0))), (Cell::Wall, Cell::Unknown), "{list}");
         }
+    }
+
+    #[test]
+    fn rows_of_no_length_are_left_out_and_lists_of_places_refused() {
+        let mut notes = Vec::new();
+        let building = read(&format!("{ROOM}2,2,2,2\n"), &mut notes).unwrap();
+        assert_eq!(building.levels[0].elements.len(), 4);
+        assert!(notes.iter().any(|note| note.contains("1 of 5 rows") && note.contains("line 5")), "{notes:?}");
+        let walk: String = (0..10).map(|i| format!("{i},2,{i},2\n")).collect();
+        assert!(matches!(read(&walk, &mut notes), Err(PlanFileError::NoLengths { points: 10, rows: 10 })));
+        // Milliseconds, easting, northing, height.
+        let error = read("1606391913755\t566578.064\t5932830.198\t19.6\n", &mut notes).unwrap_err().to_string();
+        assert!(error.contains("line 1") && error.contains("times and places"), "{error}");
     }
 
     #[test]
