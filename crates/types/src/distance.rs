@@ -126,6 +126,20 @@ mod tests {
     }
 
     #[test]
+    fn a_wide_grid_is_as_exact_as_a_narrow_one() {
+        // Squares of columns beyond 4096 are no numbers of single precision: kept in it, but reckoned in double.
+        let (width, height) = (9000, 40);
+        let cells: Vec<bool> = (0..width * height).map(|i| i % 211 == 0 && i / width % 7 == 3).collect();
+        let found = to_nearest(cells.iter().copied(), width, 1e5_f32, |d| d as f32);
+        let there: Vec<[i64; 2]> = (0..cells.len()).filter(|i| cells[*i]).map(|i| [(i % width) as i64, (i / width) as i64]).collect();
+        for i in (0..cells.len()).step_by(1009) {
+            let (u, v) = ((i % width) as i64, (i / width) as i64);
+            let nearest = there.iter().map(|at| (at[0] - u).pow(2) + (at[1] - v).pow(2)).min();
+            assert_eq!(Some(found[i]), nearest.map(|square| (square as f64).sqrt() as f32), "column {u}, row {v}");
+        }
+    }
+
+    #[test]
     fn where_there_is_none_everything_is_far() {
         assert!(to_nearest([false; 6], 3, 6.0, |d| d).iter().all(|d| *d >= 6.0));
         assert!(to_nearest([], 3, 6.0_f32, |d| d as f32).is_empty());

@@ -2,7 +2,8 @@
 //!
 //! video ─▶ [`frame`] ─▶ [`motion`] ─▶ [`path`] + [`sightings`] ─▶ [`posterior`] on the [`plan`], a storey of a [`building`]
 //!
-//! Every other crate speaks in these nouns and knows none of its neighbours. Nothing here touches a file,
+//! Every other crate speaks in these nouns and knows none of its neighbours. Two tools that more than one of them needs stand beside
+//! them: [`groups`] (what hangs together) and [`distance`] (how far the nearest is). Nothing here touches a file,
 //! a clock or entropy: chance comes from a [`Seed`], time from the frames' own [`Stamp`]s.
 //!
 //! # Frames of reference and units

@@ -25,6 +25,8 @@ const LEAST_LETTERS: usize = 3;
 const ALIKE: usize = 10;
 /// A letter fills no more than this share of its box; what does is a pillar, unless it is as narrow as an "l".
 const SOLID: f64 = 0.82;
+/// A word that is read from below, whose letters run together, fills no more than this share of its box; a post that lacks a pixel does.
+const RUN_TOGETHER: f64 = 0.7;
 /// A word whose letters run together is at least this much longer than high, a row of its pixels crosses this many strokes, and it is
 /// no higher than this, pixels: larger letters do not run together, stairs and cubicles do.
 const MERGED: (f64, f64, f64) = (1.8, 2.6, 24.0);
@@ -107,9 +109,12 @@ fn glyphs(blobs: &[Blob], axis: usize, largest: u32) -> Vec<Glyph> {
         let (size, span) = (b.size(), |k: usize| [f64::from(b.low[k]), f64::from(b.high[k])]);
         let (length, height) = (size[axis], size[1 - axis]);
         let fill = b.area as f64 / (f64::from(size[0]) * f64::from(size[1]));
-        // Along columns the runs of rows say little; the ink says as much, and the paper between strokes: each is half of a word's box.
-        // What is nearly solid is a post.
-        let strokes = if axis == 0 { f64::from(b.runs) / f64::from(size[1]) } else { f64::from(length) * fill.min(1.0 - fill) / 3.0 };
+        let strokes = match axis {
+            0 => f64::from(b.runs) / f64::from(size[1]),
+            // Along columns the runs of rows say little; the ink says as much: half of a word's box.
+            _ if fill <= RUN_TOGETHER => f64::from(length) * fill / 3.0,
+            _ => 1.0,
+        };
         // Words that run together are longer than letters; other long pieces are walls between doors, which stand in rows too.
         let is_letters = f64::from(length) <= WIDEST * f64::from(height) || (strokes >= MERGED.1 && length <= 8 * height);
         let fits = (LEAST_PX..=largest).contains(&height) && is_letters;
