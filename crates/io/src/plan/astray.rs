@@ -22,8 +22,8 @@ pub(super) fn check(building: &Building) -> Result<(), PlanFileError> {
         return Ok(());
     }
     let Some((element, at)) = farthest(elements()) else { return Ok(()) };
-    let source = element.source.as_deref().map(|source| format!(", {}", text::short(source)));
-    let what = format!("a {}{}", element.kind.word(), source.unwrap_or_default());
+    let source = element.source.as_deref().map(|source| format!(" ({})", text::short(source)));
+    let what = format!("{}{}", element.kind.word(), source.unwrap_or_default());
     Err(PlanFileError::Astray { width_km: width_m / 1e3, height_km: height_m / 1e3, what, x: at.x, y: at.y })
 }
 
@@ -59,7 +59,7 @@ mod tests {
         assert!(check(&Building::of_one_level(walls.clone())).is_ok());
         walls.push(wall(12.0, 5_932_800.0));
         let error = check(&Building::of_one_level(walls)).unwrap_err().to_string();
-        assert!(error.contains("567 km × 0 km") && error.contains("a wall, line 12") && error.contains("12, 5932800"), "{error}");
+        assert!(error.contains("567 km × 0 km") && error.contains("wall (line 12), at") && error.contains("12, 5932800"), "{error}");
     }
 
     #[test]
