@@ -8,9 +8,11 @@
 
 mod blobs;
 mod fills;
+pub(super) mod light;
 mod strokes;
 mod swing;
 mod text;
+pub(super) mod tilt;
 mod tint;
 
 use planwalk_types::Cell;
