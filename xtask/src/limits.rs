@@ -30,11 +30,22 @@ struct Case {
 }
 
 const CENTIMETRE: &[&str] = &["--metres-per-pixel", "0.01"];
+const ON_PAPER: &[&str] = &["--drawing-scale", "100"];
 
 /// All of them.
 const CASES: &[Case] = &[
-    Case { name: "PNG, grey, 500 megapixels", file: "grey.png", options: CENTIMETRE, write: |to| picture(to, 22_360, image::ColorType::L8) },
-    Case { name: "PNG, RGBA, 500 megapixels", file: "rgba.png", options: CENTIMETRE, write: |to| picture(to, 22_360, image::ColorType::Rgba8) },
+    Case {
+        name: "PNG, grey, 500 megapixels",
+        file: "grey.png",
+        options: CENTIMETRE,
+        write: |to| picture(to, 22_360, image::ColorType::L8),
+    },
+    Case {
+        name: "PNG, RGBA, 500 megapixels",
+        file: "rgba.png",
+        options: CENTIMETRE,
+        write: |to| picture(to, 22_360, image::ColorType::Rgba8),
+    },
     Case {
         name: "PNG, RGBA of 16 bits, 500 megapixels",
         file: "deep.png",
@@ -42,18 +53,23 @@ const CASES: &[Case] = &[
         write: |to| picture(to, 22_360, image::ColorType::Rgba16),
     },
     Case { name: "PGM of dots, 16 megapixels: too many corners", file: "dots.pgm", options: CENTIMETRE, write: dots },
-    Case { name: "DXF, 3 million lines", file: "lines.dxf", options: &[], write: |to| dxf_lines(to, 3_000_000) },
+    Case { name: "DXF, 990,000 lines", file: "fewer.dxf", options: &[], write: |to| dxf_lines(to, 990_000) },
+    Case { name: "DXF, 3 million lines: refused", file: "lines.dxf", options: &[], write: |to| dxf_lines(to, 3_000_000) },
     Case { name: "DXF, blocks of blocks, 8 to the 32nd", file: "blocks.dxf", options: &[], write: dxf_blocks },
-    Case { name: "SVG, 500,000 elements", file: "elements.svg", options: CENTIMETRE, write: svg_elements },
-    Case { name: "SVG, 5 million points", file: "points.svg", options: CENTIMETRE, write: svg_points },
-    Case { name: "SVG, 150 deep", file: "deep.svg", options: CENTIMETRE, write: |to| svg_nested(to, 149) },
+    Case { name: "SVG, 500,000 elements", file: "elements.svg", options: &["--metres-per-pixel", "0.1"], write: svg_elements },
+    Case { name: "SVG, 1.9 million points", file: "points.svg", options: CENTIMETRE, write: |to| svg_points(to, 1_900_000) },
+    Case { name: "SVG, 4.9 million points: refused", file: "more.svg", options: CENTIMETRE, write: |to| svg_points(to, 4_900_000) },
+    Case { name: "SVG, 149 deep", file: "deep.svg", options: CENTIMETRE, write: |to| svg_nested(to, 147) },
     Case { name: "SVG, 1,000,000 deep: refused", file: "deeper.svg", options: CENTIMETRE, write: |to| svg_nested(to, 1_000_000) },
-    Case { name: "PDF, 5 million points", file: "points.pdf", options: &["--drawing-scale", "100"], write: pdf_points },
-    Case { name: "GeoJSON, 1 million walls", file: "walls.geojson", options: &[], write: |to| geojson(to, 1_000_000) },
+    Case { name: "PDF, 1.9 million points", file: "points.pdf", options: ON_PAPER, write: |to| pdf_points(to, 1_900_000) },
+    Case { name: "PDF, 4.9 million points: refused", file: "more.pdf", options: ON_PAPER, write: |to| pdf_points(to, 4_900_000) },
+    Case { name: "GeoJSON, 999,000 walls", file: "walls.geojson", options: &[], write: |to| geojson(to, 999_000) },
+    Case { name: "GeoJSON, numbers without end: refused", file: "numbers.geojson", options: &[], write: json_numbers },
     Case { name: "GeoJSON, one wall of 5 million points", file: "points.geojson", options: &[], write: |to| geojson_line(to, 5_000_000) },
-    Case { name: "IMDF, 256 MB unpacked", file: "imdf.zip", options: &[], write: imdf },
+    Case { name: "IMDF, 999,000 units", file: "imdf.zip", options: &[], write: imdf },
     Case { name: "IMDF, 300 MB unpacked: refused", file: "bomb.zip", options: &[], write: imdf_bomb },
     Case { name: "OpenStreetMap, 3 million nodes, 750,000 ways", file: "town.osm", options: &[], write: osm },
+    Case { name: "wall list, 1 million walls and one: refused", file: "more.csv", options: &[], write: |to| wall_list(to, 1_000_001) },
     Case { name: "wall list, 1 million walls", file: "walls.csv", options: &[], write: |to| wall_list(to, 1_000_000) },
     Case { name: "plan.json, 999,000 elements", file: "walls.plan.json", options: &[], write: plan_json },
     Case { name: "gzip of 1.1 GiB of text: refused", file: "bomb.csv.gz", options: &[], write: gzip_bomb },
@@ -183,10 +199,10 @@ fn svg_elements(to: &mut dyn Write) -> Written {
     })
 }
 
-fn svg_points(to: &mut dyn Write) -> Written {
+fn svg_points(to: &mut dyn Write, count: usize) -> Written {
     svg(to, |to| {
         write!(to, "<path d=\"M0 0")?;
-        (0..4_900_000).try_for_each(|i| write!(to, "L{} {}", i % 20_000, i / 20_000 * 80 + i % 2 * 40))?;
+        (0..count).try_for_each(|i| write!(to, "L{} {}", i % 20_000, i / 20_000 * 80 + i % 2 * 40))?;
         write!(to, "\"/>")
     })
 }
@@ -199,9 +215,9 @@ fn svg_nested(to: &mut dyn Write, depth: usize) -> Written {
     })
 }
 
-fn pdf_points(to: &mut dyn Write) -> Written {
+fn pdf_points(to: &mut dyn Write, count: usize) -> Written {
     let mut drawn = "1 w 0 0 m\n".to_owned();
-    for i in 0..4_900_000 {
+    for i in 0..count {
         let _ = writeln!(drawn, "{} {} l", i % 20_000, i / 20_000 * 80 + i % 2 * 40);
     }
     drawn.push_str("S\n");
@@ -250,6 +266,12 @@ fn geojson_line(to: &mut dyn Write, count: usize) -> Written {
     write!(to, "]}}}}")
 }
 
+fn json_numbers(to: &mut dyn Write) -> Written {
+    write!(to, "{{\"type\":\"Feature\",\"bbox\":[0")?;
+    (0..200).try_for_each(|_| to.write_all(&b",1".repeat(1 << 20)))?;
+    write!(to, "]}}")
+}
+
 /// An archive of one file.
 fn archive(to: &mut dyn Write, write: impl FnOnce(&mut dyn Write) -> Written) -> Written {
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
@@ -261,8 +283,7 @@ fn archive(to: &mut dyn Write, write: impl FnOnce(&mut dyn Write) -> Written) ->
 fn imdf(to: &mut dyn Write) -> Written {
     archive(to, |to| {
         write!(to, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
-        let mut left = 268_000_000usize;
-        for i in 0.. {
+        for i in 0..999_000 {
             let [x, y] = [(i % COLUMNS) as f64 * 8e-6, (i / COLUMNS) as f64 * 8e-6];
             let feature = format!(
                 "{}{{\"type\":\"Feature\",\"feature_type\":\"unit\",\"properties\":{{\"category\":\"room\"}},\"geometry\":{{\"type\":\"Polygon\",\
@@ -272,8 +293,6 @@ fn imdf(to: &mut dyn Write) -> Written {
                 x + 6e-6,
                 y + 6e-6
             );
-            let Some(rest) = left.checked_sub(feature.len()) else { break };
-            left = rest;
             to.write_all(feature.as_bytes())?;
         }
         write!(to, "]}}")

@@ -61,7 +61,8 @@ fn walls(plan: &FloorPlan) -> Vec<Pt2<Plan>> {
 /// Share of some places that are near a wall of a plan.
 fn near(places: impl Iterator<Item = Pt2<Plan>>, plan: &FloorPlan) -> f64 {
     let steps: Vec<f64> = (-5..=5).map(|k| f64::from(k) * NEAR_M / 5.0).collect();
-    let offsets: Vec<(f64, f64)> = steps.iter().flat_map(|x| steps.iter().map(|y| (*x, *y))).filter(|(x, y)| x.hypot(*y) <= NEAR_M).collect();
+    let offsets: Vec<(f64, f64)> =
+        steps.iter().flat_map(|x| steps.iter().map(|y| (*x, *y))).filter(|(x, y)| x.hypot(*y) <= NEAR_M).collect();
     let is_near = |at: Pt2<Plan>| offsets.iter().any(|(x, y)| plan.at(Pt2::new(at.x + x, at.y + y)) == Cell::Wall);
     let found: Vec<bool> = places.map(is_near).collect();
     found.iter().filter(|is| **is).count() as f64 / found.len().max(1) as f64
