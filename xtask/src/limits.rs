@@ -137,7 +137,7 @@ fn picture(to: &mut dyn Write, side: usize, colour: image::ColorType) -> Written
     let mut pixels = vec![255u8; side * side * bytes];
     for (i, pixel) in pixels.chunks_mut(bytes).enumerate().filter(|(i, _)| is_wall(i % side, i / side)) {
         // Half of each sample, and some red: brightness and hue are both looked at.
-        let shade = if colour.has_color() && i % 7 == 0 { 200 } else { 20 };
+        let shade = if colour.has_color() && i.is_multiple_of(7) { 200 } else { 20 };
         pixel[..bytes / usize::from(colour.channel_count())].fill(shade);
         let opaque = if colour.has_alpha() { bytes - bytes / 4 } else { bytes };
         pixel[bytes / usize::from(colour.channel_count())..opaque].fill(20);
@@ -150,13 +150,13 @@ fn picture(to: &mut dyn Write, side: usize, colour: image::ColorType) -> Written
 
 fn dots(to: &mut dyn Write) -> Written {
     write!(to, "P5\n4000 4000\n255\n")?;
-    (0..4000).try_for_each(|v| to.write_all(&(0..4000).map(|u| if (u + v) % 2 == 0 { 0 } else { 255 }).collect::<Vec<u8>>()))
+    (0..4000).try_for_each(|v| to.write_all(&(0..4000).map(|u: i32| if (u + v) % 2 == 0 { 0 } else { 255 }).collect::<Vec<u8>>()))
 }
 
 /// Two ends of the i-th short wall, metres.
 fn wall(i: usize) -> [f64; 4] {
     let (x, y) = ((i % COLUMNS) as f64 * 0.8, (i / COLUMNS) as f64 * 0.8);
-    if i % 2 == 0 { [x, y, x + 0.6, y] } else { [x, y, x, y + 0.6] }
+    if i.is_multiple_of(2) { [x, y, x + 0.6, y] } else { [x, y, x, y + 0.6] }
 }
 
 fn dxf_lines(to: &mut dyn Write, count: usize) -> Written {
