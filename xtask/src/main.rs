@@ -1,7 +1,8 @@
 //! Checks and measurements that cargo itself does not make: `cargo xtask layers`, `cargo xtask two-view FILE.npz`; and
-//! `cargo xtask plans`, to look at many plans.
+//! `cargo xtask plans`, to look at many plans; `cargo xtask limits`, what the largest of them cost.
 
 mod layers;
+mod limits;
 mod sheet;
 mod two_view;
 
@@ -14,13 +15,16 @@ const USAGE: &str = "usage:
       how well and how fast the motion between two pictures is found, a scenario a row
   cargo xtask plans DIR... -o DIR [--options FILE] [--program target/release/planwalk]
       every plan under the folders, imported and drawn: index.html and pages of thumbnails;
-      FILE has lines \"part of a path <tab> options of planwalk plan import\"";
+      FILE has lines \"part of a path <tab> options of planwalk plan import\"
+  cargo xtask limits -o DIR [--program target/release/planwalk] [--only PART-OF-A-NAME]
+      seconds and memory of the largest files that each reader of plans admits; DIR needs 5 GB for a while";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["layers"] => layers::check(),
         ["plans", ref request @ ..] => sheet::draw(request),
+        ["limits", ref request @ ..] => limits::measure(request),
         ["two-view", ref words @ ..] => two_view::Wish::of(words).and_then(|wish| two_view::run(&wish)).map_err(|why| vec![why]),
         _ => Err(vec![USAGE.to_owned()]),
     };

@@ -95,7 +95,7 @@ impl Request {
         let options = self.options.iter().rev().find(|(part, _)| plan.to_string_lossy().contains(part.as_str()));
         let options = options.map(|(_, options)| options.clone()).unwrap_or_default();
         let kept = self.output.join("sheet.plan.json");
-        let run = run(Command::new(&self.program).args(["plan", "import", "--force", "-o"]).arg(&kept).args(&options).arg(plan));
+        let run = run(Command::new(&self.program).args(["plan", "import", "--force", "-o"]).arg(&kept).args(&options).arg(plan), PATIENCE);
         let mut entry = Entry {
             name,
             options: options.join(" "),
@@ -130,7 +130,7 @@ impl Request {
     }
 
     fn render(&self, kept: &Path, drawing: &Path) -> bool {
-        run(Command::new(&self.program).args(["plan", "render", "--force", "-o"]).arg(drawing).arg(kept)).succeeded
+        run(Command::new(&self.program).args(["plan", "render", "--force", "-o"]).arg(drawing).arg(kept), PATIENCE).succeeded
     }
 }
 
@@ -164,15 +164,20 @@ fn gather(folder: &Path, plans: &mut Vec<PathBuf>) {
     }
 }
 
-struct Run {
-    succeeded: bool,
-    said: String,
-    seconds: f64,
-    peak_mb: Option<u64>,
+/// What a command did.
+pub struct Run {
+    /// Whether it said so by its exit code.
+    pub succeeded: bool,
+    /// What it wrote to its errors.
+    pub said: String,
+    /// From its start to its end.
+    pub seconds: f64,
+    /// Most memory it had, where the system tells it.
+    pub peak_mb: Option<u64>,
 }
 
 /// Runs a command to its end, or to the end of patience.
-fn run(command: &mut Command) -> Run {
+pub fn run(command: &mut Command, patience: Duration) -> Run {
     let begin = Instant::now();
     let failed = |said: String| Run { succeeded: false, said, seconds: begin.elapsed().as_secs_f64(), peak_mb: None };
     let mut child = match command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn() {
@@ -191,7 +196,7 @@ fn run(command: &mut Command) -> Run {
         peak_mb = peak(id).max(peak_mb);
         match child.try_wait() {
             Ok(Some(status)) => break Some(status),
-            Ok(None) if begin.elapsed() < PATIENCE => std::thread::sleep(Duration::from_millis(2)),
+            Ok(None) if begin.elapsed() < patience => std::thread::sleep(Duration::from_millis(2)),
             Ok(None) | Err(_) => {
                 let _ = child.kill();
                 let _ = child.wait();
@@ -203,7 +208,7 @@ fn run(command: &mut Command) -> Run {
     let said = reader.join().unwrap_or_default();
     match status {
         Some(status) => Run { succeeded: status.success(), said, seconds, peak_mb },
-        None => Run { succeeded: false, said: format!("ended after {} s\n{said}", PATIENCE.as_secs()), seconds, peak_mb },
+        None => Run { succeeded: false, said: format!("ended after {} s\n{said}", patience.as_secs()), seconds, peak_mb },
     }
 }
 

@@ -1,6 +1,7 @@
 //! Which pixels of a bare picture are walls? The dark ones; or the light lines of a drawing on a dark ground.
 //!
-//! picture ─▶ brightness and hue ─▶ ink ─▶ [`scan`]: walls and doors, without words and signs ─▶ [`Pixels`]
+//! picture ─▶ brightness and hue ─▶ brightness relative to the paper, where that is lit unevenly ([`light`]) ─▶ ink ─▶ [`scan`]: walls
+//! and doors, without words and signs ─▶ [`Pixels`]
 //!
 //! Darkness is the brightest of red, green and blue, over white paper where the picture is transparent: black and grey are
 //! dark, a red door or a blue note is not.
@@ -10,7 +11,7 @@ use planwalk_types::Cell;
 
 use super::PlanFileError;
 use super::cells::Pixels;
-use super::scan::{self, Planes, for_runs};
+use super::scan::{self, Planes, for_runs, light, tilt};
 
 /// Halfway between black and white.
 const MID_GREY: u8 = 128;
@@ -33,6 +34,12 @@ pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> Result<(
     let mut planes = Planes::of(picture);
     let (width, height) = (planes.width, planes.height);
     let mut notes = Vec::new();
+    if let Some((darkest, brightest, tile_px)) = light::level(&mut planes.brightness, width) {
+        notes.push(format!(
+            "the light is uneven, the paper {darkest} to {brightest} of 255 bright: dark is what is darker than half of the paper around \
+             ({tile_px} px)"
+        ));
+    }
     let threshold = threshold(&planes.brightness, &mut notes);
     let mut is_wall: Vec<bool> = planes.brightness.iter().map(|b| *b < threshold).collect();
     let dark = is_wall.iter().filter(|d| **d).count();
@@ -50,6 +57,14 @@ pub(super) fn classify(picture: DynamicImage, metres_per_pixel: f64) -> Result<(
             is_wall.iter_mut().for_each(|wall| *wall = !*wall);
             leave_colours_out(&planes, &mut is_wall, &mut notes);
         }
+    }
+    if let Some(deg) = tilt::of(&is_wall, width) {
+        let way = if deg > 0.0 { "anticlockwise" } else { "clockwise" };
+        notes.push(format!(
+            "most lines are turned by {:.1}° {way} against the picture's sides: a sheet that lies askew is read as it lies; for an upright \
+             plan, turn the picture first (e.g. magick IN -rotate {deg:.1} OUT.png)",
+            deg.abs()
+        ));
     }
     if planes.hue.is_empty() {
         // A large picture's brightness is not needed any more.

@@ -26,12 +26,17 @@ const KEYS: [&str; 9] = ["feature_type", "type", "category", "indoor", "class", 
 const DOOR_KEYS: [&str; 2] = ["door", "entrance"];
 /// Properties that hold what people call a room, in the order in which they are asked.
 const NAMES: [&str; 4] = ["name", "label", "number", "ref"];
+/// Most of each character in a file, strings included: they bound the memory before any of it is taken. A million walls have so many `{`;
+/// their memory is 1.4 KB each, or a third of that for each point.
+const LIMITS: [(u8, usize, &str); 4] =
+    [(b'{', 3_000_000, "objects"), (b'[', 10_000_000, "points and lists"), (b',', 50_000_000, "numbers"), (b'"', 30_000_000, "texts")];
 /// Kinds of words that are told when nothing is understood.
 const WORDS_TOLD: usize = 8;
 
 /// Reads a plan.
 pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, PlanFileError> {
     let refuse = |why: String| PlanFileError::GeoJson { why };
+    check_size(text)?;
     let document: GeoJson = text.parse().map_err(|why: geojson::Error| refuse(why.to_string()))?;
     let (features, members) = match document {
         GeoJson::FeatureCollection(collection) => (collection.features, collection.foreign_members),
@@ -40,6 +45,19 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, Plan
     };
     let (crs, in_metres) = members.as_ref().map_or((None, false), |m| (crs(m), member(m, "units").is_some_and(|u| u == "m")));
     building(&features, crs.as_deref(), in_metres, notes)
+}
+
+/// Whether a text is no larger than any plan.
+///
+/// # Errors
+/// [`PlanFileError::DrawingTooLarge`].
+pub(super) fn check_size(text: &str) -> Result<(), PlanFileError> {
+    for (mark, limit, what) in LIMITS {
+        if text.bytes().filter(|byte| *byte == mark).count() > limit {
+            return Err(PlanFileError::DrawingTooLarge { what, limit });
+        }
+    }
+    Ok(())
 }
 
 /// The building that these features are, in the coordinate system of this name.

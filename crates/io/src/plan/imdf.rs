@@ -38,6 +38,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Vec<String>) -> Result<Building, Pl
         // One byte more than there may be tells that there is more; what the archive says of sizes may be a lie.
         entry.take(left + 1).read_to_string(&mut text).map_err(|why| refuse(format!("{name}: {why}")))?;
         left = left.checked_sub(text.len() as u64).ok_or_else(|| refuse(format!("it unpacks to more than {} MB", UNPACKED_MOST >> 20)))?;
+        features::check_size(&text)?;
         let collection: FeatureCollection =
             text.parse().map_err(|why: geojson::Error| PlanFileError::GeoJson { why: format!("{name}: {why}") })?;
         all.extend(collection.features);

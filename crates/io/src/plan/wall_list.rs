@@ -25,6 +25,11 @@ const SHORTEST_M: f64 = 1e-3;
 /// A list is none of walls if so many of ten rows begin and end at one place.
 const PLACES_OF_TEN: usize = 9;
 
+/// Most walls: a campus has a tenth. Each takes some 700 bytes.
+const MOST_WALLS: usize = 1_000_000;
+/// Columns that are looked at: a row without an end is no table.
+const MOST_COLUMNS: usize = 1000;
+
 /// Where the columns are, and what their numbers are.
 struct Columns {
     ends: [usize; 4],
@@ -33,7 +38,7 @@ struct Columns {
 }
 
 fn cells(row: &str) -> Vec<&str> {
-    row.split([',', ';', '\t']).map(|cell| cell.trim().trim_matches('"')).collect()
+    row.split([',', ';', '\t']).take(MOST_COLUMNS).map(|cell| cell.trim().trim_matches('"')).collect()
 }
 
 impl Columns {
@@ -99,6 +104,9 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, Plan
     columns.metres_per_unit *= alone.unwrap_or(1.0);
     let (mut elements, mut places) = (Vec::new(), Vec::new());
     for (line, row) in rows {
+        if elements.len() + places.len() == MOST_WALLS {
+            return Err(PlanFileError::DrawingTooLarge { what: "walls", limit: MOST_WALLS });
+        }
         match element(line, &cells(row), &columns)? {
             Some(element) => elements.push(element),
             None => places.push(line),
@@ -208,5 +216,15 @@ mod tests {
         for other in ["", "P5 10 10 255", "t_s,x_m,y_m\n1,2,3", "1,2,3", "hello, world"] {
             assert!(!is_one(other), "{other}");
         }
+    }
+
+    #[test]
+    fn more_walls_than_any_plan_has_are_refused() {
+        let walls = |count: usize| format!("x0,y0,x1,y1\n{}", "0,0,1,0\n".repeat(count));
+        assert!(read(&walls(MOST_WALLS), &mut Vec::new()).is_ok());
+        let error = read(&walls(MOST_WALLS + 1), &mut Vec::new()).unwrap_err().to_string();
+        assert!(error.contains("1000000 walls"), "{error}");
+        // A row that does not end is cut, not gathered.
+        assert_eq!(cells(&",".repeat(1_000_000)).len(), MOST_COLUMNS);
     }
 }

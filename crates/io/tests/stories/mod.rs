@@ -6,6 +6,7 @@ mod import;
 mod plan;
 mod rooms;
 mod scans;
+mod sheets;
 mod sightings;
 mod trajectory;
 mod video;

@@ -131,3 +131,12 @@ fn what_is_no_plan_is_refused_with_a_remedy() {
         assert!(level.is_err() || super::super::vector::draw(&level.unwrap(), &mut Vec::new()).is_err(), "{coordinates}");
     }
 }
+
+#[test]
+fn more_than_any_plan_is_refused_before_memory_is_taken() {
+    // Ten million lists in lists would be gigabytes, and numbers without end as well.
+    for (text, what) in [("[".repeat(10_000_001), "points"), ("1,".repeat(50_000_001), "numbers"), ("{".repeat(3_000_001), "objects")] {
+        let error = read(&format!("{{\"type\":{text}"), &mut Vec::new()).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    }
+}

@@ -1,16 +1,18 @@
 //! What of a picture's ink was built? Words, signs and open doors are told from walls, and colours from ink.
 //!
-//! ink ─▶ [`blobs`] ─▶ without letters ([`text`]) and signs ([`tint`]) ─▶ with outlines of pale fills ([`fills`]) ─▶ without curls of
-//! a thin pen ([`strokes`]) ─▶ coloured doors ([`tint`]) and doors that stand open ([`swing`]) as ways through ─▶ [`Cell`]s
+//! ink ─▶ [`blobs`] ─▶ without letters ([`text`]) and signs ([`tint`]) ─▶ with outlines of pale fills ([`fills`]) ─▶ without curls and
+//! specks of a thin pen ([`strokes`]) ─▶ coloured doors ([`tint`]) and doors that stand open ([`swing`]) as ways through ─▶ [`Cell`]s
 //!
 //! Pitfall: a wall that is missing costs more than a chair that is left in. What touches a wall stays, unless it is a door's leaf and
 //! circle; the notes say what was left out.
 
 mod blobs;
 mod fills;
+pub(super) mod light;
 mod strokes;
 mod swing;
 mod text;
+pub(super) mod tilt;
 mod tint;
 
 use planwalk_types::Cell;
@@ -44,9 +46,10 @@ pub(super) fn cells(planes: &Planes, mut is_ink: Vec<bool>, metres_per_pixel: f6
     if !planes.hue.is_empty() {
         outline_fills(planes, &mut is_ink, &found, is_note, notes);
     }
-    let curls = strokes::curls(&is_ink, planes.width);
-    curls.iter().flatten().for_each(|run| is_ink[run.places(planes.width)].fill(false));
-    tell(notes, curls.len(), "curl", "curls", "of a pen much thinner than the walls left out: circles, arrows, writing");
+    let strokes = strokes::strokes(&is_ink, planes.width, metres_per_pixel);
+    strokes.curls.iter().flatten().chain(&strokes.specks).for_each(|run| is_ink[run.places(planes.width)].fill(false));
+    tell(notes, strokes.curls.len(), "curl", "curls", "of a pen much thinner than the walls left out: circles, arrows, writing");
+    tell(notes, strokes.speck_count, "speck", "specks", "much smaller than the walls are thick left out");
     let coloured = if planes.hue.is_empty() { Vec::new() } else { tint::doors(planes, &is_ink, metres_per_pixel) };
     let swings = swing::swings(&is_ink, planes.width, metres_per_pixel);
     let mut is_way = Vec::new();

@@ -48,11 +48,12 @@ impl Planes {
         let (brightness, hue) = match picture {
             DynamicImage::ImageLuma8(grey) => (grey.into_raw(), Vec::new()),
             DynamicImage::ImageLumaA8(grey) => (grey.pixels().map(|p| over_white(p.0[0], p.0[1])).collect(), Vec::new()),
+            // Without a copy in eight bits, which would be half as large as the picture again.
+            DynamicImage::ImageLuma16(grey) => (grey.pixels().map(|p| of_16_bits(p.0[0])).collect(), Vec::new()),
+            DynamicImage::ImageRgb16(rgb) => split(rgb.pixels().map(|p| p.0.map(of_16_bits))),
+            DynamicImage::ImageRgba16(rgb) => split(rgb.pixels().map(|p| on_paper(p.0.map(of_16_bits)))),
             DynamicImage::ImageRgb8(rgb) => split(rgb.pixels().map(|p| p.0)),
-            other => {
-                let on_paper = |[r, g, b, a]: [u8; 4]| [over_white(r, a), over_white(g, a), over_white(b, a)];
-                split(other.into_rgba8().pixels().map(|p| on_paper(p.0)))
-            }
+            other => split(other.into_rgba8().pixels().map(|p| on_paper(p.0))),
         };
         Self { width, height, brightness, hue }
     }
@@ -73,6 +74,15 @@ fn split(pixels: impl ExactSizeIterator<Item = [u8; 3]>) -> (Vec<u8>, Vec<u8>) {
         hue.push(sector);
     }
     (brightness, if is_coloured { hue } else { Vec::new() })
+}
+
+/// As the image library rounds it.
+fn of_16_bits(value: u16) -> u8 {
+    ((u32::from(value) * 255 + 32_767) / 65_535) as u8
+}
+
+fn on_paper([r, g, b, a]: [u8; 4]) -> [u8; 3] {
+    [over_white(r, a), over_white(g, a), over_white(b, a)]
 }
 
 fn over_white(value: u8, alpha: u8) -> u8 {
@@ -208,4 +218,21 @@ pub(super) fn signs(planes: &Planes, found: &Blobs) -> Vec<bool> {
         is_sign[blob] = f64::from(on_sides) <= SIGN_SIDES * f64::from(2 * (columns + rows)) && 4 * coloured as u64 >= open;
     }
     is_sign
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_of_16_bits_are_those_of_8_bits() {
+        let shade = |u: u32, v: u32| ((u * 997 + v * 8_191) % 65_536) as u16;
+        let grey = image::ImageBuffer::from_fn(64, 64, |u, v| image::Luma([shade(u, v)]));
+        let rgb = image::ImageBuffer::from_fn(64, 64, |u, v| image::Rgb([shade(u, v), shade(v, u), 40_000]));
+        let rgba = image::ImageBuffer::from_fn(64, 64, |u, v| image::Rgba([shade(u, v), shade(v, u), 300, shade(u + v, 1)]));
+        for deep in [DynamicImage::ImageLuma16(grey), DynamicImage::ImageRgb16(rgb), DynamicImage::ImageRgba16(rgba)] {
+            let (planes, flat) = (Planes::of(deep.clone()), Planes::of(DynamicImage::ImageRgba8(deep.to_rgba8())));
+            assert_eq!((planes.brightness, planes.hue), (flat.brightness, flat.hue));
+        }
+    }
 }
