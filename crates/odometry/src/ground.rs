@@ -4,6 +4,7 @@
 //!
 //! The body looks where the camera looks: its heading is the optical axis on the floor.
 
+use crate::upright::Upright;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use planwalk_types::{CameraPose, Path, Rigid3, Sighting, Stamp, Step, TrackingState, wrap_angle};
 
@@ -25,40 +26,18 @@ impl SeenPoint {
     }
 }
 
-/// People hold cameras upright: the camera's x axis is level within this, radians, one standard deviation.
-const ROLL_RAD: f64 = 0.05;
-/// They look ahead: the optical axis is level within this.
-const PITCH_RAD: f64 = 0.25;
-/// They walk on a floor: the way from here to two units further on is level within this (gait, and the odometry's own drift).
-const SLOPE_RAD: f64 = 0.05;
 /// Length of the chords whose slope is looked at, units.
 const CHORD: f64 = 2.0;
 
-/// The rotation that makes z up and puts x where the first camera looks.
-///
-/// Gravity is the direction most nearly at right angles to the camera's x axis, to where it looks, and to where the path goes,
-/// each weighed by how level it is with people who walk: the least eigenvector of a 3×3.
+/// The rotation that makes z up ([`Upright`]) and puts x where the first camera looks.
 pub fn level(poses: &[CameraPose]) -> UnitQuaternion<f64> {
-    let mut quadratic = Matrix3::zeros();
-    let mut down = Vector3::zeros();
-    let count = poses.len().max(1) as f64;
-    for pose in poses {
-        let axes = pose.odom_from_camera.iso.rotation.to_rotation_matrix();
-        let (x, y, z) = (axes * Vector3::x(), axes * Vector3::y(), axes * Vector3::z());
-        quadratic += (x * x.transpose() / ROLL_RAD.powi(2) + z * z.transpose() / PITCH_RAD.powi(2)) / count;
-        down += y;
-    }
+    let mut upright = Upright::default();
+    let share = 1.0 / poses.len().max(1) as f64;
+    poses.iter().for_each(|pose| upright.add_camera(&pose.odom_from_camera.iso.rotation, share));
     let chords = chords(poses);
-    for chord in &chords {
-        quadratic += chord * chord.transpose() / (SLOPE_RAD.powi(2) * chords.len() as f64);
-    }
-    let eigen = quadratic.symmetric_eigen();
-    let mut gravity: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-    if gravity.dot(&down) < 0.0 {
-        gravity = -gravity;
-    }
+    chords.iter().for_each(|chord| upright.add_way(chord, 1.0 / chords.len() as f64));
+    let up = upright.up();
     let ahead = poses.first().map_or(Vector3::z(), |p| p.odom_from_camera.iso.rotation * Vector3::z());
-    let up = -gravity;
     let forward = ahead - up * ahead.dot(&up);
     // A first look straight up or down has no heading; any will do.
     let forward = forward.try_normalize(1e-6).unwrap_or_else(|| crate::visual::two_view::epipolar::tangent_basis(&up).0);
@@ -131,6 +110,9 @@ const SURE_INLIERS: usize = 30;
 /// front of a blank wall a walk may halve its speed, and the map that is built afterwards believes the old one.
 const UNIT_RATE: f64 = 0.6;
 
+/// How fast it wanders while many points are seen: the floor holds it to some 5 %, for which the camera sways and gravity errs.
+const UNIT_WANDER: f64 = 0.03;
+
 /// Levelled poses as steps on the floor, with covariance; in frames that saw little, the covariance says so.
 pub fn path(poses: &[CameraPose]) -> Path {
     let mut last_heading = poses.iter().find_map(heading).unwrap_or(0.0);
@@ -154,7 +136,7 @@ fn step(from: &CameraPose, to: &CameraPose, heading_rad: f64, next_rad: f64) -> 
     let seconds = to.stamp.secs_since(from.stamp);
     // What is missing where only a rotation, or nothing, was seen: the speed, and then the turn.
     let (speed_share, turn_rate, unit_rate) = match to.state {
-        TrackingState::Mapped if to.inliers >= SURE_INLIERS => (0.0, 0.0, 0.0),
+        TrackingState::Mapped if to.inliers >= SURE_INLIERS => (0.0, 0.0, UNIT_WANDER),
         TrackingState::Mapped => (0.1, 0.0, UNIT_RATE / 2.0),
         TrackingState::RotationOnly => (0.3, 0.0, UNIT_RATE),
         TrackingState::Propagated => (0.6, 0.35, UNIT_RATE),

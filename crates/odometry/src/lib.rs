@@ -6,7 +6,9 @@
 //! Nothing here touches a file, a clock or entropy.
 
 pub mod ground;
+pub mod upright;
 pub mod visual;
 
-pub use visual::odometry::{FrameReport, Gap, Odometry, OdometryError, OdometryOptions, VisualOdometry};
+pub use visual::odometry::{OdometryOptions, VisualOdometry};
+pub use visual::outcome::{FrameReport, Gap, Odometry, OdometryError};
 pub use visual::two_view::Solver;

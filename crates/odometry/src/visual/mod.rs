@@ -1,11 +1,19 @@
-//! From pictures to camera poses: [`image`] ─▶ [`corners`] ─▶ [`track`] ─▶ [`two_view`] ─▶ [`map`].
+//! From pictures to camera poses: [`image`] ─▶ [`corners`] ─▶ [`track`] ─▶ [`two_view`] ─▶ [`map`]; [`lines`] ─▶ [`axes`] ─▶
+//! [`compass`] hold the rotation.
 
+pub mod axes;
 pub mod begin;
+pub mod compass;
 pub mod corners;
 pub mod image;
 pub mod klt;
+pub mod lines;
 pub mod map;
+mod motion;
 pub mod odometry;
+pub mod outcome;
+mod posed;
+mod repeat;
 pub mod track;
 pub mod turn;
 pub mod two_view;

@@ -8,10 +8,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{UnitQuaternion, Vector3};
-use planwalk_types::{Camera, CameraPose, Path, Rigid3, Seed, Sighting, Stamp, TrackingState, VideoFrame};
+use planwalk_types::{Camera, Seed, Stamp, TrackingState, VideoFrame};
 
+use super::axes::Fix;
 use super::begin::{Beginning, FirstViews};
+use super::compass::Compass;
+use super::lines::Edge;
 use super::map::{self, Keyframe, KeyframeId, Landmark, Map, Pose, bundle, depth, pose};
+use super::motion::Motion;
+use super::outcome::{FrameReport, Odometry, OdometryError, gaps};
+use super::posed::{Posed, place};
+use super::repeat::Repeats;
 use super::track::{Track, TrackId, Tracker};
 use super::two_view;
 use super::two_view::rotation::median;
@@ -39,105 +46,6 @@ impl Default for OdometryOptions {
     }
 }
 
-/// Why there is no odometry.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum OdometryError {
-    /// A frame has another size than the camera's images.
-    #[error("frame {index} has {width}×{height} px, but the camera's images have {camera_width}×{camera_height} px")]
-    SizeChanged {
-        /// Which frame, counted from 0.
-        index: usize,
-        /// Its columns.
-        width: usize,
-        /// Its rows.
-        height: usize,
-        /// Columns that the camera has.
-        camera_width: usize,
-        /// Rows that the camera has.
-        camera_height: usize,
-    },
-    /// A frame is not later than the one before.
-    #[error("frame {index} at {at_s:.6} s does not come after the one before")]
-    StampsGoBack {
-        /// Which frame, counted from 0.
-        index: usize,
-        /// Its stamp, seconds.
-        at_s: f64,
-    },
-    /// A motion needs two frames.
-    #[error("{got} frames, but a motion needs at least 2: is the clip cut off, or the wrong folder?")]
-    TooFewFrames {
-        /// Frames seen.
-        got: usize,
-    },
-    /// No frame has anything that can be followed.
-    #[error("nothing to follow in any of {frames} frames (at most {most} points, 8 are needed): is the video black, or the lens covered?")]
-    NothingToTrack {
-        /// Frames seen.
-        frames: usize,
-        /// Most points that were followed at once.
-        most: usize,
-    },
-}
-
-/// What became of one frame.
-#[derive(Debug, Clone, Copy)]
-pub struct FrameReport {
-    /// When it was taken.
-    pub stamp: Stamp,
-    /// How its pose is known.
-    pub state: TrackingState,
-    /// Points that were followed into it.
-    pub tracks: usize,
-    /// Of these, points that agree with its pose.
-    pub inliers: usize,
-}
-
-/// A stretch of video in which nothing usable was seen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Gap {
-    /// First frame of it.
-    pub from: Stamp,
-    /// Last frame of it.
-    pub to: Stamp,
-    /// What was missing.
-    pub cause: String,
-}
-
-/// The odometry of a whole clip.
-#[derive(Debug, Clone)]
-pub struct Odometry {
-    /// One pose a frame: `odom ← camera`, odom's z up, its x where the first frame looks; units of about a metre.
-    pub poses: Vec<CameraPose>,
-    /// The same on the floor: one step between consecutive frames.
-    pub path: Path,
-    /// Points of the map as seen from keyframes.
-    pub sightings: Vec<Sighting>,
-    /// Where nothing was seen.
-    pub gaps: Vec<Gap>,
-}
-
-/// A frame's pose relative to a keyframe, so that it moves along when the keyframe is adjusted.
-#[derive(Debug, Clone)]
-struct Posed {
-    stamp: Stamp,
-    reference: Option<KeyframeId>,
-    reference_from_camera: Pose,
-    state: TrackingState,
-    inliers: usize,
-}
-
-/// Velocity of the camera: units and radians a second.
-#[derive(Debug, Clone, Copy)]
-struct Motion {
-    pose: Pose,
-    stamp: Stamp,
-    velocity: Vector3<f64>,
-    turn_rate: Vector3<f64>,
-    /// Usual speed of the walk, units/s.
-    usual_speed: f64,
-}
-
 enum Stage {
     Beginning(Beginning),
     Tracking(Motion),
@@ -151,6 +59,9 @@ pub struct VisualOdometry {
     map: Map,
     stage: Stage,
     posed: Vec<Posed>,
+    repeats: Repeats,
+    compass: Compass,
+    unit_lost: Option<KeyframeId>,
     seen_points: Vec<SeenPoint>,
     most_tracks: usize,
     /// Points followed when the newest keyframe was taken.
@@ -159,6 +70,16 @@ pub struct VisualOdometry {
 
 /// Parallax of the first two keyframes. A tenth of a radian would be better still, but a walk down a corridor takes seconds to get there.
 const FIRST_PARALLAX_RAD: f64 = 0.018;
+/// New points whose assumed distance counts as that of each alone; of more, it counts as that of so many.
+const ASSUMED_TOGETHER: f64 = 4.0;
+/// Turns of the whole picture that differ from the expected one by more standard deviations are not believed.
+const LEAP: f64 = 3.0;
+/// Keyframes are no closer than this, seconds, unless fewer points with a distance are left: a window of frames that follow each
+/// other has no baseline.
+const KEYFRAME_S: f64 = 0.1;
+const KEYFRAME_POINTS: usize = 30;
+/// Points with a distance that hold the unit of length.
+const UNIT_NEEDS: usize = 10;
 /// Strikes in a row after which a point is taken to move by itself.
 const STRIKES: u32 = 3;
 
@@ -173,6 +94,9 @@ impl VisualOdometry {
             map: Map::default(),
             stage: Stage::Beginning(Beginning::new(two_view, FIRST_PARALLAX_RAD, options.seed)),
             posed: Vec::new(),
+            repeats: Repeats::default(),
+            compass: Compass::default(),
+            unit_lost: None,
             seen_points: Vec::new(),
             most_tracks: 0,
             tracks_at_keyframe: 0,
@@ -190,20 +114,38 @@ impl VisualOdometry {
     /// [`OdometryError::SizeChanged`] and [`OdometryError::StampsGoBack`]; the frame is then ignored and the next may be pushed.
     pub fn push(&mut self, frame: &VideoFrame) -> Result<FrameReport, OdometryError> {
         self.check(frame)?;
+        if self.repeats.is_repeat(&frame.image) && matches!(self.stage, Stage::Tracking(_)) {
+            return Ok(self.repeat(frame.stamp));
+        }
         let mut predicted = match &self.stage {
-            Stage::Tracking(motion) => Some(predict(motion, frame.stamp)),
+            Stage::Tracking(motion) => Some(motion.predict(frame.stamp)),
             Stage::Beginning(_) => None,
         };
         let turn_seen = self.follow(frame, predicted.as_mut());
         self.most_tracks = self.most_tracks.max(self.tracker.tracks().len());
         match predicted {
-            Some(prior) => self.track(frame.stamp, &prior, turn_seen),
+            Some(mut prior) => {
+                let edges = self.tracker.edges();
+                prior.fix = self.compass.fix(&edges, &prior.pose.rotation);
+                self.track(frame.stamp, &prior, turn_seen, &edges);
+            }
             None => self.begin(frame.stamp),
         }
-        let tracks = self.tracker.tracks().len();
-        let last = self.posed.last();
-        let (state, inliers) = last.map_or((TrackingState::Propagated, 0), |p| (p.state, p.inliers));
-        Ok(FrameReport { stamp: frame.stamp, state, tracks, inliers })
+        Ok(self.report(frame.stamp))
+    }
+
+    /// The frame shows the picture before it once more: it says nothing.
+    fn repeat(&mut self, stamp: Stamp) -> FrameReport {
+        if let Some(last) = self.posed.last() {
+            let repeated = Posed { stamp, repeat: true, ..last.clone() };
+            self.posed.push(repeated);
+        }
+        self.report(stamp)
+    }
+
+    fn report(&self, stamp: Stamp) -> FrameReport {
+        let (state, inliers) = self.posed.last().map_or((TrackingState::Propagated, 0), |p| (p.state, p.inliers));
+        FrameReport { stamp, state, tracks: self.tracker.tracks().len(), inliers }
     }
 
     fn check(&self, frame: &VideoFrame) -> Result<(), OdometryError> {
@@ -232,12 +174,14 @@ impl VisualOdometry {
         let expected_turn = predicted.as_ref().map_or_else(UnitQuaternion::identity, |prior| prior.pose.rotation.inverse() * last);
         let mut turn_seen = false;
         self.tracker.advance(&frame.image, expected_turn, |turn| {
-            turn_seen = turn.is_some();
             let prior = predicted.map(|prior| {
-                if let Some(now_from_last) = turn {
+                // A head that leaps is a picture that deceives: a person before the lens, or a codec's blocks on a blank wall.
+                let believed = |turn: &UnitQuaternion<f64>| turn.angle_to(&expected_turn) < LEAP * prior.sigma_turn_rad;
+                if let Some(now_from_last) = turn.filter(believed) {
                     prior.pose.rotation = last * now_from_last.inverse();
                     // A walk's own parallax goes into the pictures' turn: a degree or two.
                     prior.sigma_turn_rad = prior.sigma_turn_rad.min(0.04);
+                    turn_seen = true;
                 }
                 *prior
             });
@@ -263,7 +207,7 @@ impl VisualOdometry {
         let inliers = self.tracker.tracks().len();
         let state = if inliers >= 8 { TrackingState::RotationOnly } else { TrackingState::Propagated };
         let reference_from_camera = Pose::from_parts(Vector3::zeros().into(), rotation);
-        self.posed.push(Posed { stamp, reference: None, reference_from_camera, state, inliers });
+        self.posed.push(Posed { stamp, reference: None, reference_from_camera, state, inliers, repeat: false });
         match first {
             Some(first) => self.start_map(stamp, &first),
             None => {
@@ -285,8 +229,8 @@ impl VisualOdometry {
         let baseline = self.options.walking_speed_m_s * seconds;
         let now_from_base = Pose::from_parts((first.fit.pose.direction * baseline).into(), first.fit.pose.rotation);
         let now = base * now_from_base.inverse();
-        self.map.keyframes.push(Keyframe { stamp: frames[0].stamp, pose: base, turn: UnitQuaternion::identity() });
-        self.map.keyframes.push(Keyframe { stamp, pose: now, turn: base.rotation.inverse() * now.rotation });
+        self.map.keyframes.push(Keyframe { stamp: frames[0].stamp, pose: base, turn: UnitQuaternion::identity(), fix: None });
+        self.map.keyframes.push(Keyframe { stamp, pose: now, turn: base.rotation.inverse() * now.rotation, fix: None });
         let now_rays = &frames[frames.len() - 1].rays;
         for (id, (rho, sigma_rho)) in &first.points {
             let (Some(ray), Some(seen)) = (frames[0].rays.get(id), now_rays.get(id)) else { continue };
@@ -296,6 +240,7 @@ impl VisualOdometry {
                 ray: *ray,
                 rho,
                 sigma_rho,
+                born: (rho, 3.0 * sigma_rho + 0.3 * rho),
                 prior: (rho, 3.0 * sigma_rho + 0.3 * rho),
                 seen: vec![(KeyframeId(1), *seen)],
                 strikes: 0,
@@ -318,7 +263,8 @@ impl VisualOdometry {
         for (k, frame) in frames.iter().enumerate() {
             let t = frame.stamp.secs_since(frames[0].stamp) / span;
             let between = base.lerp_slerp(now, t);
-            let prior = pose::PosePrior { pose: between, sigma_move: 0.2 * self.options.walking_speed_m_s * span, sigma_turn_rad: 0.2 };
+            let prior =
+                pose::PosePrior { pose: between, sigma_move: 0.2 * self.options.walking_speed_m_s * span, sigma_turn_rad: 0.2, fix: None };
             let sights: Vec<pose::Sight> = self.sights(frame.rays.iter().map(|(id, ray)| (*id, *ray))).into_iter().map(|s| s.1).collect();
             let fitted = match k {
                 0 => *base,
@@ -343,7 +289,7 @@ impl VisualOdometry {
     }
 
     /// One frame against the map.
-    fn track(&mut self, stamp: Stamp, prior: &pose::PosePrior, turn_seen: bool) {
+    fn track(&mut self, stamp: Stamp, prior: &pose::PosePrior, turn_seen: bool, edges: &[Edge]) {
         let sights = self.sights(self.tracker.tracks().iter().map(|t| (t.id, t.ray)));
         let only: Vec<pose::Sight> = sights.iter().map(|s| s.1).collect();
         let fit = pose::solve(&only, prior, self.sigma_rad());
@@ -372,12 +318,32 @@ impl VisualOdometry {
         };
         let reference = self.map.newest();
         let reference_from_camera = reference.map_or(fit.pose, |k| self.map.pose(k).inverse() * fit.pose);
-        self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers });
+        self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers, repeat: false });
         self.drop_movers();
-        self.move_on(stamp, fit.pose, state);
-        if self.wants_keyframe(&fit.pose) {
-            self.add_keyframe(stamp, fit.pose);
+        if let Stage::Tracking(motion) = &mut self.stage {
+            motion.go_on(stamp, fit.pose, state, inliers);
         }
+        let fix = self.steer(edges, &fit.pose.rotation, inliers);
+        let Stage::Tracking(Motion { pose: now, .. }) = self.stage else { return };
+        if self.wants_keyframe(&now) {
+            self.add_keyframe(stamp, now, fix);
+        }
+    }
+
+    /// Turns the map back towards the building's axes; returns what the edges say of this frame.
+    fn steer(&mut self, edges: &[Edge], rotation: &UnitQuaternion<f64>, inliers: usize) -> Option<Fix> {
+        let seconds = match self.posed.as_slice() {
+            [.., before, now] => now.stamp.secs_since(before.stamp),
+            _ => 0.0,
+        };
+        let steering = self.compass.steer(edges, rotation, seconds, inliers)?;
+        let oldest = self.map.oldest_live(self.options.window);
+        if let Stage::Tracking(motion) = &mut self.stage {
+            self.map.turn_about(&motion.pose.translation.vector, &steering.turn, oldest);
+            motion.pose.rotation = steering.turn * motion.pose.rotation;
+            motion.velocity = steering.turn * motion.velocity;
+        }
+        Some(steering.fix)
     }
 
     /// Stops following what moves by itself, and forgets it: its rays must not pull on any keyframe.
@@ -394,27 +360,14 @@ impl VisualOdometry {
         self.tracker.tracks().iter().filter_map(|t| self.map.landmarks.get(&t.id))
     }
 
-    /// Velocity from the last pose to this one; where nothing was seen it dies away.
-    fn move_on(&mut self, stamp: Stamp, now: Pose, state: TrackingState) {
-        let Stage::Tracking(motion) = &mut self.stage else { return };
-        let seconds = stamp.secs_since(motion.stamp).max(1e-3);
-        motion.velocity = (now.translation.vector - motion.pose.translation.vector) / seconds;
-        motion.turn_rate = (motion.pose.rotation.inverse() * now.rotation).scaled_axis() / seconds;
-        if state == TrackingState::Propagated {
-            // A turn ends within half a second, a walk goes on for some.
-            motion.turn_rate *= (-seconds / 0.4).exp();
-            motion.velocity *= (-seconds / 4.0).exp();
-        } else {
-            let share = (seconds / 3.0).min(0.5);
-            motion.usual_speed += share * (motion.velocity.norm() - motion.usual_speed);
-        }
-        (motion.pose, motion.stamp) = (now, stamp);
-    }
-
     /// Whether the view has changed enough, by turning, by parallax or by loss of points, to be remembered.
     fn wants_keyframe(&self, now: &Pose) -> bool {
         let Some(newest) = self.map.newest() else { return false };
         let keyframe = self.map.pose(newest);
+        let seconds = self.posed.last().map_or(0.0, |p| p.stamp.secs_since(self.map.keyframes[newest.0].stamp));
+        if seconds < KEYFRAME_S && self.in_view().filter(|l| l.has_depth()).count() >= KEYFRAME_POINTS {
+            return false;
+        }
         let turned = keyframe.rotation.angle_to(&now.rotation);
         let lost = (self.tracker.tracks().len() as f64) < 0.75 * self.tracks_at_keyframe as f64;
         let parallax = self.in_view().filter(|l| l.has_depth()).map(|l| {
@@ -425,10 +378,10 @@ impl VisualOdometry {
     }
 
     /// Remembers the frame: new points, checked against the keyframe before, and the last few keyframes adjusted.
-    fn add_keyframe(&mut self, stamp: Stamp, now: Pose) {
+    fn add_keyframe(&mut self, stamp: Stamp, now: Pose, fix: Option<Fix>) {
         let id = KeyframeId(self.map.keyframes.len());
         let turn = self.map.keyframes.last().map_or_else(UnitQuaternion::identity, |k| k.pose.rotation.inverse() * now.rotation);
-        self.map.keyframes.push(Keyframe { stamp, pose: now, turn });
+        self.map.keyframes.push(Keyframe { stamp, pose: now, turn, fix });
         for track in self.tracker.tracks() {
             // What disagrees with this frame's pose must not pull on it.
             if let Some(landmark) = self.map.landmarks.get_mut(&track.id).filter(|l| l.strikes == 0) {
@@ -441,8 +394,10 @@ impl VisualOdometry {
             window: self.options.window,
             sigma_rad: self.sigma_rad(),
             iterations: 8,
-            speed_walk: 0.7 * motion.usual_speed.max(0.2 * self.options.walking_speed_m_s),
+            speed_walk: 0.5 * motion.usual_speed.max(0.2 * self.options.walking_speed_m_s),
         };
+        self.compass.held(&now.rotation);
+        self.keep_unit(id);
         bundle::adjust(&mut self.map, &options);
         self.forget_old_rays(id);
         let adjusted = *self.map.pose(id);
@@ -455,6 +410,44 @@ impl VisualOdometry {
         self.note_seen_points(id);
         self.add_landmarks(id);
         self.tracks_at_keyframe = self.tracker.tracks().len();
+    }
+
+    /// Lays points on the floor and the ceiling; where these say that the unit of length was lost, it is put right.
+    fn keep_unit(&mut self, id: KeyframeId) {
+        let up = self.compass.up();
+        if self.in_view().filter(|l| l.has_depth()).count() < UNIT_NEEDS {
+            self.map.planes.lose();
+            self.unit_lost.get_or_insert(id);
+        }
+        let in_view: Vec<TrackId> = self.tracker.tracks().iter().map(|t| t.id).collect();
+        if let Some(factor) = self.map.learn_planes(&up, &in_view) {
+            if factor != 1.0 {
+                self.regain_unit(factor);
+            }
+            self.unit_lost = None;
+        }
+        self.map.lay_on_planes(&up);
+    }
+
+    /// The floor is nearer, or farther, than it was: since nothing with a distance was seen, lengths are in another unit.
+    fn regain_unit(&mut self, factor: f64) {
+        let oldest = self.map.oldest_live(self.options.window);
+        let since = self.unit_lost.unwrap_or(oldest);
+        self.map.rescale(factor, since);
+        for posed in self.posed.iter_mut().rev().take_while(|p| p.reference >= Some(since)) {
+            posed.reference_from_camera.translation.vector *= factor;
+        }
+        let stamp = self.map.keyframes[since.0].stamp;
+        for seen in self.seen_points.iter_mut().rev().take_while(|s| s.stamp >= stamp) {
+            *seen = seen.scaled(factor);
+        }
+        if let (Stage::Tracking(motion), Some(newest)) = (&mut self.stage, self.map.keyframes.last()) {
+            motion.pose.translation = newest.pose.translation;
+        }
+        if let Stage::Tracking(motion) = &mut self.stage {
+            motion.velocity *= factor;
+            motion.usual_speed *= factor;
+        }
     }
 
     /// Points that break the epipolar geometry of the last two keyframes get a strike: most likely they move by themselves.
@@ -505,19 +498,30 @@ impl VisualOdometry {
         self.seen_points.extend(points);
     }
 
-    /// New points begin at the usual distance of the points in view, vaguely.
+    /// New points begin before the floor or the ceiling, else at the usual distance of the points in view, vaguely.
     fn add_landmarks(&mut self, id: KeyframeId) {
         let camera = *self.map.pose(id);
-        let known = self.in_view().filter(|l| l.has_depth());
-        let usual = median(known.map(|l| l.rho / self.map.direction(l, &camera).norm()).collect());
-        // Indoors, with units of about a metre, walls are some 4 m away.
-        let rho = if usual > 0.0 { usual.clamp(0.05, 2.0) } else { 0.25 };
+        let (usual, up) = (self.usual_rho(&camera), self.compass.up());
         let fresh: Vec<Track> = self.tracker.replenish();
+        // What is assumed is assumed of all of them at once: many points must not make it surer than these few would.
+        let sigma = 0.8 * usual * (fresh.len() as f64 / ASSUMED_TOGETHER).sqrt().max(1.0);
         for track in fresh {
-            let landmark =
-                Landmark { anchor: id, ray: track.ray, rho, sigma_rho: 0.8 * rho, prior: (rho, 0.8 * rho), seen: Vec::new(), strikes: 0 };
+            let plane = self.map.planes.at_birth(&up, &(camera.rotation * track.ray));
+            let born @ (rho, sigma) = plane.unwrap_or((usual, sigma));
+            let sigma_rho = sigma.min(0.8 * rho);
+            let landmark = Landmark { anchor: id, ray: track.ray, rho, sigma_rho, born, prior: born, seen: Vec::new(), strikes: 0 };
             self.map.landmarks.insert(track.id, landmark);
         }
+    }
+
+    /// Inverse distance of a point of which nothing is known: as of those in view, within what rooms have.
+    fn usual_rho(&self, camera: &Pose) -> f64 {
+        // The unit is about a metre, or as the height of a walker's camera says.
+        let metre = self.map.planes.camera_height().map_or(1.0, |height| height / 1.5);
+        let known = self.in_view().filter(|l| l.has_depth());
+        let usual = median(known.map(|l| l.rho / self.map.direction(l, camera).norm()).collect());
+        // Indoors walls are some 4 m away.
+        if usual > 0.0 { usual.clamp(0.05 / metre, 2.0 / metre) } else { 0.25 / metre }
     }
 
     /// The whole clip's odometry.
@@ -531,12 +535,7 @@ impl VisualOdometry {
         if self.most_tracks < 8 {
             return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
         }
-        let poses: Vec<CameraPose> = (self.posed.iter())
-            .map(|p| {
-                let pose = p.reference.map_or(p.reference_from_camera, |k| self.map.pose(k) * p.reference_from_camera);
-                CameraPose { stamp: p.stamp, odom_from_camera: Rigid3::new(pose), state: p.state, inliers: p.inliers }
-            })
-            .collect();
+        let poses = place(&self.posed, &self.map);
         let level = ground::level(&poses);
         let scale = ground::metres_by_walking(&poses, self.options.walking_speed_m_s);
         let poses = ground::levelled(&poses, &level, scale);
@@ -551,34 +550,4 @@ impl VisualOdometry {
 
 fn two_view_options(camera: &Camera, options: &OdometryOptions) -> RelativePoseOptions {
     RelativePoseOptions { solver: options.solver, ..RelativePoseOptions::for_focal(camera.focal_px() / options.sigma_px) }
-}
-
-/// The pose at `stamp` if the camera goes on as it did; how far it may differ grows with time.
-fn predict(motion: &Motion, stamp: Stamp) -> pose::PosePrior {
-    let seconds = stamp.secs_since(motion.stamp).clamp(1e-3, 1.0);
-    let turn = UnitQuaternion::from_scaled_axis(motion.turn_rate * seconds);
-    let position = motion.pose.translation.vector + motion.velocity * seconds;
-    // Speeds change by their own size within a second, heads start to turn at some 6 rad/s²; the last velocity is itself noisy.
-    let sigma_move = motion.usual_speed.max(0.1) * seconds * (1.2 * seconds.sqrt() + 0.1);
-    let sigma_turn_rad = 6.0 * seconds.powf(1.5) + 0.01;
-    pose::PosePrior { pose: Pose::from_parts(position.into(), motion.pose.rotation * turn), sigma_move, sigma_turn_rad }
-}
-
-/// Runs of frames whose whole motion is propagated.
-fn gaps(poses: &[CameraPose]) -> Vec<Gap> {
-    let mut gaps: Vec<Gap> = Vec::new();
-    let mut open = false;
-    for pose in poses {
-        let blind = pose.state == TrackingState::Propagated;
-        match gaps.last_mut().filter(|_| open) {
-            Some(gap) if blind => gap.to = pose.stamp,
-            _ if blind => {
-                let cause = format!("only {} points could be followed (blank wall, blur or darkness)", pose.inliers);
-                gaps.push(Gap { from: pose.stamp, to: pose.stamp, cause });
-            }
-            _ => {}
-        }
-        open = blind;
-    }
-    gaps
 }

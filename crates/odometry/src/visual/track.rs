@@ -6,6 +6,7 @@ use planwalk_types::{Camera, GrayImage};
 use super::corners::{self, CornerOptions};
 use super::image::Pyramid;
 use super::klt::{self, KltOptions};
+use super::lines::{self, Edge};
 use super::turn::{self, SmallPicture};
 
 /// A point followed through the video.
@@ -117,6 +118,13 @@ impl Tracker {
         self.next_id += fresh.len() as u64;
         self.tracks.extend(&fresh);
         fresh
+    }
+
+    /// Straight edges of the newest picture, found at half its size.
+    pub fn edges(&self) -> Vec<Edge> {
+        let Some((pyramid, _)) = &self.last else { return Vec::new() };
+        let level = pyramid.levels.get(1).unwrap_or(&pyramid.levels[0]);
+        lines::edges(&self.camera, level, self.camera.width as f64 / level.width as f64)
     }
 
     /// Stops following these.

@@ -13,6 +13,10 @@ use super::two_view::epipolar::skew;
 /// Largest width of the image that is aligned, pixels: at 640, one pixel of it is 16, and its basin some 2 pixels.
 const WIDTH: usize = 48;
 
+/// Contrast under which a small picture shows nothing, grey values (root mean square about the mean): a blank wall's noise, and
+/// the blocks that a codec made of it, which stay where they are in the picture and align perfectly with themselves.
+const LEAST_CONTRAST: f64 = 4.0;
+
 /// A small picture, and where each of its pixels looks.
 #[derive(Debug, Clone)]
 pub struct SmallPicture {
@@ -73,7 +77,7 @@ struct Sample {
     by_turn: Vector3<f64>,
 }
 
-/// The rotation that best aligns the pictures from any of these guesses; `None` for pictures without any structure.
+/// The rotation that best aligns the pictures from any of these guesses; `None` for pictures without structure.
 pub fn align(camera: &Camera, last: &SmallPicture, now: &SmallPicture, guesses: &[UnitQuaternion<f64>]) -> Option<Turn> {
     let samples = samples(camera, last);
     let hessian: Matrix3<f64> = samples.iter().map(|s| s.by_turn * s.by_turn.transpose()).sum();
@@ -131,6 +135,9 @@ fn descend(camera: &Camera, samples: &[Sample], inverse: &Matrix3<f64>, now: &Sm
             both += a * b;
             last2 += a * a;
             now2 += b * b;
+        }
+        if last2.min(now2) < LEAST_CONTRAST.powi(2) * count {
+            return None;
         }
         correlation = both / (last2 * now2).sqrt();
         let step = inverse * gradient * (samples.len() as f64 / count);

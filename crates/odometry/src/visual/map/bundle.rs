@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector, Matrix2x6, Matrix3, UnitQuaternion, Vector3, Vector6};
 
 use super::{KeyframeId, Landmark, MIN_RHO, Map, Pose, Residual, direction};
+use crate::visual::axes::Fix;
 
 /// Options of [`adjust`].
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +42,7 @@ struct Problem<'a> {
     poses: Vec<Pose>,
     stamps_s: Vec<f64>,
     turns: Vec<UnitQuaternion<f64>>,
+    fixes: Vec<Option<Fix>>,
     landmarks: Vec<(&'a Landmark, Vec<Ray<'a>>)>,
     options: BundleOptions,
 }
@@ -87,6 +89,7 @@ impl<'a> Problem<'a> {
             poses: map.keyframes.iter().map(|k| k.pose).collect(),
             stamps_s: map.keyframes.iter().map(|k| k.stamp.secs_since(origin)).collect(),
             turns: map.keyframes.iter().map(|k| k.turn).collect(),
+            fixes: map.keyframes.iter().map(|k| k.fix).collect(),
             landmarks: map.landmarks.values().map(|l| (l, rays_of(l))).collect(),
             options,
         }
@@ -150,7 +153,20 @@ impl<'a> Problem<'a> {
         for k in self.first.max(1)..poses.len() {
             sum += self.turn_error(poses, k).0.norm_squared();
         }
+        for (pose, fix) in poses.iter().zip(&self.fixes).skip(self.first) {
+            sum += fix.map_or(0.0, |fix| fix.cost(&pose.rotation));
+        }
         (sum, rays_seen)
+    }
+
+    fn fix_terms(&self, poses: &[Pose], normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+        for (k, (pose, fix)) in poses.iter().zip(&self.fixes).skip(self.first).enumerate() {
+            let Some(fix) = fix else { continue };
+            let row = 6 * k;
+            gradient.fixed_rows_mut::<3>(row).gemv(1.0, &fix.information, &fix.error(&pose.rotation), 1.0);
+            let mut block = normal.fixed_view_mut::<3, 3>(row, row);
+            block += fix.information;
+        }
     }
 
     /// Change of velocity at keyframe k − 1 in standard deviations, and its derivatives by the positions of k, k − 1, k − 2.
@@ -199,6 +215,7 @@ impl<'a> Problem<'a> {
         }
         self.speed_terms(poses, &mut normal, &mut gradient);
         self.turn_terms(poses, &mut normal, &mut gradient);
+        self.fix_terms(poses, &mut normal, &mut gradient);
         let diagonal = normal.diagonal();
         for (i, d) in diagonal.iter().enumerate() {
             normal[(i, i)] += damping * d.max(1e-6);
@@ -357,7 +374,7 @@ mod tests {
         let mut map = Map::default();
         for (k, pose) in truth.iter().enumerate() {
             let turn = truth[k.saturating_sub(1)].rotation.inverse() * pose.rotation;
-            map.keyframes.push(super::super::Keyframe { stamp: Stamp(k as i64 * 300_000_000), pose: *pose, turn });
+            map.keyframes.push(super::super::Keyframe { stamp: Stamp(k as i64 * 300_000_000), pose: *pose, turn, fix: None });
         }
         for i in 0..80 {
             let distance = uniform(&mut rng, 2.0, 7.0);
@@ -369,7 +386,8 @@ mod tests {
             });
             let seen = seen.collect();
             let rho = 1.0 / (distance * uniform(&mut rng, 0.8, 1.25));
-            map.landmarks.insert(TrackId(i), Landmark { anchor, ray, rho, sigma_rho: 0.2, prior: (0.25, 0.5), seen, strikes: 0 });
+            map.landmarks
+                .insert(TrackId(i), Landmark { anchor, ray, rho, sigma_rho: 0.2, born: (0.25, 0.5), prior: (0.25, 0.5), seen, strikes: 0 });
         }
         for keyframe in map.keyframes.iter_mut().skip(2) {
             let step = Vector6::from_fn(|i, _| uniform(&mut rng, -1.0, 1.0) * if i < 3 { 0.01 } else { 0.05 });
@@ -414,6 +432,17 @@ mod tests {
         // Held by a turn of 0.02 rad and a speed alone, with nothing against them.
         assert!(map.keyframes[5].pose.rotation.angle_to(&truth[5].rotation) < 2e-3, "{}", map.keyframes[5].pose);
         assert!((map.keyframes[5].pose.translation.vector - truth[5].translation.vector).norm() < 0.05);
+    }
+
+    #[test]
+    fn keyframes_keep_to_what_the_edges_say() {
+        let (mut map, truth) = disturbed(1, 0.0);
+        map.landmarks.values_mut().for_each(|l| l.seen.retain(|(k, _)| k.0 < 4));
+        let told = truth[5].rotation * UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.02, 0.0));
+        map.keyframes[5].fix = Some(Fix { rotation: told, information: Matrix3::identity() * 1e6, edges: 9, upright: 3, heading: true });
+        adjust(&mut map, &options()).unwrap();
+        // A milliradian against turns of 0.02 rad from frame to frame: they pull by less than 1/400 of the 0.02 rad.
+        assert!(map.keyframes[5].pose.rotation.angle_to(&told) < 1e-3, "{}", map.keyframes[5].pose);
     }
 
     #[test]

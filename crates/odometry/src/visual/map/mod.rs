@@ -7,6 +7,7 @@
 
 pub mod bundle;
 pub mod depth;
+pub mod planes;
 pub mod pose;
 
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Matrix2x3, Matrix3, UnitQuaternion, Vector2, Vector3};
 use planwalk_types::Stamp;
 
+use crate::visual::axes::Fix;
 use crate::visual::track::TrackId;
 use crate::visual::two_view::epipolar::tangent_basis;
 
@@ -33,6 +35,8 @@ pub struct Keyframe {
     pub pose: Pose,
     /// How it had turned since the keyframe before (`before ← this`), as the frames between said.
     pub turn: UnitQuaternion<f64>,
+    /// What the building's edges say of its rotation.
+    pub fix: Option<Fix>,
 }
 
 /// A point of the world.
@@ -47,6 +51,8 @@ pub struct Landmark {
     /// Standard deviation of the inverse distance.
     pub sigma_rho: f64,
     /// What was assumed of the inverse distance before anything was seen: mean and standard deviation.
+    pub born: (f64, f64),
+    /// What is assumed of it now: as it was born, or what the floor says.
     pub prior: (f64, f64),
     /// Keyframes that saw it later, with its unit ray there.
     pub seen: Vec<(KeyframeId, Vector3<f64>)>,
@@ -68,6 +74,8 @@ pub struct Map {
     pub keyframes: Vec<Keyframe>,
     /// Landmarks that are still followed, and lost ones whose rays hold keyframes that are still moved.
     pub landmarks: BTreeMap<TrackId, Landmark>,
+    /// Floor and ceiling.
+    pub planes: planes::Planes,
 }
 
 /// Least inverse distance: 1 km when units are about metres. Zero would put points at infinity, where strikes cannot be told.
@@ -82,6 +90,55 @@ impl Map {
     /// The newest keyframe, if there is one.
     pub fn newest(&self) -> Option<KeyframeId> {
         self.keyframes.len().checked_sub(1).map(KeyframeId)
+    }
+
+    /// The oldest keyframe that new frames are measured by: one that is still moved, or the anchor of a landmark.
+    pub fn oldest_live(&self, window: usize) -> KeyframeId {
+        let moved = self.keyframes.len().saturating_sub(window + 2);
+        KeyframeId(self.landmarks.values().map(|l| l.anchor.0).fold(moved, usize::min))
+    }
+
+    /// Multiplies all lengths since this keyframe by `factor`, and the distances of the points that were first seen since.
+    pub fn rescale(&mut self, factor: f64, since: KeyframeId) {
+        let Some(start) = self.keyframes.get(since.0).map(|k| k.pose.translation.vector) else { return };
+        for keyframe in &mut self.keyframes[since.0..] {
+            keyframe.pose.translation.vector = start + (keyframe.pose.translation.vector - start) * factor;
+        }
+        for landmark in self.landmarks.values_mut().filter(|l| l.anchor >= since) {
+            landmark.rho /= factor;
+            landmark.sigma_rho /= factor;
+            for (rho, sigma) in [&mut landmark.born, &mut landmark.prior] {
+                (*rho, *sigma) = (*rho / factor, *sigma / factor);
+            }
+        }
+    }
+
+    /// Turns the keyframes from `oldest` on about this point.
+    pub fn turn_about(&mut self, centre: &Vector3<f64>, turn: &UnitQuaternion<f64>, oldest: KeyframeId) {
+        for keyframe in &mut self.keyframes[oldest.0..] {
+            keyframe.pose.translation.vector = centre + turn * (keyframe.pose.translation.vector - centre);
+            keyframe.pose.rotation = turn * keyframe.pose.rotation;
+        }
+    }
+
+    /// Learns floor and ceiling from the points in view of a keyframe: see [`planes::Planes::learn`].
+    pub fn learn_planes(&mut self, up: &Vector3<f64>, in_view: &[TrackId]) -> Option<f64> {
+        let heights = in_view.iter().filter_map(|id| self.landmarks.get(id)).filter(|l| l.seen.len() >= 3 && l.strikes == 0);
+        let heights = heights.filter(|l| l.sigma_rho < 0.1 * l.rho);
+        let heights = heights.map(|l| (up.dot(&(self.keyframes[l.anchor.0].pose.rotation * l.ray)), l.rho, l.sigma_rho / l.rho));
+        let heights: Vec<_> = heights.collect();
+        self.planes.learn(heights.into_iter())
+    }
+
+    /// Lays points that are on the floor or the ceiling there.
+    pub fn lay_on_planes(&mut self, up: &Vector3<f64>) {
+        let Self { keyframes, landmarks, planes } = self;
+        for landmark in landmarks.values_mut() {
+            let direction = keyframes[landmark.anchor.0].pose.rotation * landmark.ray;
+            let knows = landmark.has_depth() && landmark.seen.len() >= 2;
+            let laid = planes.laid(up, &direction, landmark.rho, landmark.sigma_rho).filter(|_| knows);
+            landmark.prior = laid.unwrap_or(landmark.born);
+        }
     }
 
     /// The landmark's position relative to `camera`, times its inverse distance (finite for far points), camera frame.

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix2, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::{Pose, Residual, direction};
+use crate::visual::axes::Fix;
 use crate::visual::two_view::rotation::median;
 
 /// A landmark as seen now.
@@ -33,6 +34,8 @@ pub struct PosePrior {
     pub sigma_move: f64,
     /// Standard deviation of each component of the rotation, radians.
     pub sigma_turn_rad: f64,
+    /// What the building's edges say of the rotation.
+    pub fix: Option<Fix>,
 }
 
 /// The pose that explains most.
@@ -108,8 +111,15 @@ fn prior_information(prior: &PosePrior) -> Matrix6<f64> {
 fn prior_terms(pose: &Pose, prior: &PosePrior) -> (Matrix6<f64>, Vector6<f64>) {
     let turn = (prior.pose.rotation.inverse() * pose.rotation).scaled_axis();
     let shift = pose.translation.vector - prior.pose.translation.vector;
-    let information = prior_information(prior);
-    (information, information * Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z))
+    let mut information = prior_information(prior);
+    let mut gradient = information * Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
+    if let Some(fix) = &prior.fix {
+        let mut block = information.fixed_view_mut::<3, 3>(0, 0);
+        block += fix.information;
+        let mut pull = gradient.fixed_rows_mut::<3>(0);
+        pull += fix.information * fix.error(&pose.rotation);
+    }
+    (information, gradient)
 }
 
 #[cfg(test)]
@@ -134,7 +144,7 @@ mod tests {
     }
 
     fn prior() -> PosePrior {
-        PosePrior { pose: Pose::identity(), sigma_move: 0.5, sigma_turn_rad: 0.3 }
+        PosePrior { pose: Pose::identity(), sigma_move: 0.5, sigma_turn_rad: 0.3, fix: None }
     }
 
     fn truth() -> Pose {
@@ -157,6 +167,17 @@ mod tests {
         let turned = Pose::from_parts(Vector3::zeros().into(), truth().rotation);
         let fit = solve(&sights(3, &turned, 80, 0, 1e-3, false), &prior(), 1e-3);
         assert!(fit.pose.rotation.angle_to(&turned.rotation) < 3e-3, "{}", fit.pose);
+    }
+
+    #[test]
+    fn a_fix_holds_the_rotation_where_nothing_is_seen_and_only_about_its_axes() {
+        let told = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.1, 0.0));
+        let information = nalgebra::Matrix3::from_diagonal(&Vector3::new(1e6, 0.0, 0.0));
+        let fix = Fix { rotation: told, information, edges: 9, upright: 3, heading: false };
+        let fit = solve(&[], &PosePrior { fix: Some(fix), ..prior() }, 1e-3);
+        let turned = fit.pose.rotation.scaled_axis();
+        // Sure to a milliradian about x against a prediction of 0.3 rad; nothing is said of y, but that turns do not commute.
+        assert!((turned.x - 0.1).abs() < 1e-3 && turned.y.abs() < 0.01, "{turned}");
     }
 
     #[test]
