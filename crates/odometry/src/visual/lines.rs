@@ -5,7 +5,7 @@
 //! After LSD (von Gioi, Jakubowicz, Morel & Randall 2010, §2: regions grown by gradient direction, strongest first), with a plain
 //! test of length, width and density in place of its count of false alarms.
 //!
-//! Pitfall: a codec draws edges of its own, along its blocks. They are weak: [`LEAST_GRADIENT`].
+//! Pitfall: a codec draws edges of its own, along its blocks. They are weak, and left out by their gradient.
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use planwalk_types::Camera;
