@@ -16,7 +16,8 @@ use crate::upright::Upright;
 /// Points under which a frame's rotation is a guess, and under which it may be wrong for all that they say.
 const FEW: usize = 8;
 const WEAK: usize = 25;
-/// Seconds after a weak frame in which a fix may be searched for: a wing that stands askew must not be taken for a lost turn.
+/// Seconds of agreement after a weak frame until a fix may no longer be searched for: a wing that stands askew must not be taken
+/// for a lost turn.
 const SEARCH_S: f64 = 3.0;
 /// Edges that are collected before the axes are looked for, and frames that they come from at least.
 const COLLECTED: usize = 500;
@@ -52,7 +53,7 @@ pub struct Compass {
     collected: Vec<Edge>,
     frames: usize,
     doubted: u32,
-    /// Seconds since a weak frame.
+    /// Seconds, since a weak frame, in which the edges agreed with odometry.
     sound_s: f64,
     covariance: Matrix3<f64>,
 }
@@ -102,12 +103,16 @@ impl Compass {
     /// `None` where they say nothing.
     pub fn steer(&mut self, edges: &[Edge], rotation: &UnitQuaternion<f64>, seconds: f64, points: usize) -> Option<Steering> {
         self.covariance += Matrix3::identity() * (seconds * if points < FEW { BLIND_RAD2_S } else { DRIFT_RAD2_S });
-        self.sound_s = if points < WEAK { 0.0 } else { self.sound_s + seconds };
         if self.axes.is_none() {
             self.collect(edges, rotation);
         }
         let fix = self.fix(edges, rotation);
         self.doubt(fix.is_some(), edges);
+        self.sound_s = match fix {
+            _ if points < WEAK => 0.0,
+            Some(_) => self.sound_s + seconds,
+            None => self.sound_s,
+        };
         let fix = fix?;
         let off = (fix.rotation * rotation.inverse()).scaled_axis();
         if off.norm() > FAR_RAD {
@@ -151,7 +156,8 @@ impl Compass {
 /// Whether most edges disagree with the fix: of those that are not upright, because upright ones agree in any wing.
 fn doubted(fix: &Option<Fix>, edges: &[Edge]) -> bool {
     let (agree, upright) = fix.map_or((0, 0), |f| (f.edges, f.upright));
-    edges.len() >= ENOUGH && ((agree - upright) as f64) < DOUBTED * (edges.len() - upright) as f64
+    let level = edges.len() - upright;
+    level >= ENOUGH && ((agree - upright) as f64) < DOUBTED * level as f64
 }
 
 #[cfg(test)]
