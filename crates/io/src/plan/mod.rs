@@ -190,6 +190,15 @@ pub enum PlanFileError {
         /// What is wrong with it.
         why: String,
     },
+    /// A text that no reader knows.
+    #[error(
+        "the file is a text that begins \"{begins}\", and no plan that is known: a list of walls is x0,y0,x1,y1 a line, in metres; other \
+         texts that are read are SVG, DXF, GeoJSON, OpenStreetMap XML, a robot's map.yaml (by this ending) and .plan.json"
+    )]
+    UnknownText {
+        /// Its first words.
+        begins: String,
+    },
     /// A list of something else than walls.
     #[error(
         "{points} of the {rows} rows begin and end at one place: this is no list of walls but of places, perhaps of a walk; a wall is x0,y0,x1,y1, \

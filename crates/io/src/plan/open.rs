@@ -22,6 +22,8 @@ use crate::text;
 
 /// Bytes looked at to tell what a file is.
 const LOOKED_AT: u64 = 4096;
+/// Fewer bytes of a file are not called words: first bytes of a picture may happen to be letters.
+const LEAST_WORDS: usize = 8;
 /// Largest file of a kind that is read whole before it is looked at, bytes.
 const LARGEST: u64 = 512 << 20;
 /// Metres of a point, of which PDF has 72 in an inch, and of a pixel, of which SVG has 96.
@@ -97,10 +99,22 @@ fn by_kind(path: &Path, options: &PlanOptions, notes: &mut Vec<String>) -> Resul
             return of_text(written, &text, options, stated, notes);
         }
     }
+    if is_words(&head) {
+        let begins = text::short(begins.trim_start_matches('\u{feff}').trim().lines().next().unwrap_or_default());
+        return Err(PlanFileError::UnknownText { begins });
+    }
     only_level(options)?;
     let scale = Scale::of(stated, options, None, None)?;
     let picture = raster::open(path, SizeLimit::PLAN)?;
     Ok((of_picture(picture, scale.metres, notes)?, source("picture", Some(scale.metres), scale.from)))
+}
+
+/// Whether a file that no reader of texts knows is a text all the same, and no picture. Pictures in text begin with P1 to P6.
+fn is_words(head: &[u8]) -> bool {
+    let is_word = |byte: &u8| !byte.is_ascii_control() || byte.is_ascii_whitespace();
+    let is_netpbm = matches!(head, [b'P', b'1'..=b'7', ..]);
+    // What is shorter than any picture's header may be a picture that was cut off.
+    !is_netpbm && head.len() >= LEAST_WORDS && head.iter().all(is_word)
 }
 
 /// A picture is of one storey.

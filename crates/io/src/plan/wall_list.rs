@@ -1,5 +1,6 @@
 //! What does a plain list of walls say? CSV `x0,y0,x1,y1[,kind]`: two ends, and wall, door or window.
 //!
+//! Columns stand apart by commas, semicolons, tabs or blanks; beside semicolons and tabs a comma may be a decimal one.
 //! A header may stand on top and may call the ends 1 and 2; then columns are found by its names. Without one they are in this order.
 //! Metres, unless the header's names end in another unit (`x0_ft`), or a number alone stands before the first wall: metres in a unit.
 
@@ -37,8 +38,34 @@ struct Columns {
     metres_per_unit: f64,
 }
 
+/// The columns of a row. What keeps them apart is told by the row itself: a header may be written by another hand than the rows.
 fn cells(row: &str) -> Vec<&str> {
-    row.split([',', ';', '\t']).take(MOST_COLUMNS).map(|cell| cell.trim().trim_matches('"')).collect()
+    if !row.contains([',', ';', '\t']) {
+        return row.split_whitespace().take(MOST_COLUMNS).map(bare).collect();
+    }
+    // Commas are decimal where something else leaves four columns: 0,5;1,2;3,0;4,1 but not 0,0;4,0.
+    let others: Vec<&str> = row.split([';', '\t']).take(MOST_COLUMNS).map(bare).collect();
+    let parts = if others.len() >= 4 { others } else { row.split([',', ';', '\t']).take(MOST_COLUMNS).map(bare).collect() };
+    if parts.len() >= 4 {
+        return parts;
+    }
+    // Points of two numbers each: 0 0, 4 0.
+    parts.into_iter().flat_map(points).take(MOST_COLUMNS).collect()
+}
+
+fn bare(cell: &str) -> &str {
+    cell.trim().trim_matches('"')
+}
+
+/// A column's numbers if blanks keep several apart, else the column as it is.
+fn points(cell: &str) -> Vec<&str> {
+    let all_numbers = cell.contains(char::is_whitespace) && cell.split_whitespace().all(|word| number(word).is_some());
+    if all_numbers { cell.split_whitespace().collect() } else { vec![cell] }
+}
+
+/// A column's number, with a point or a decimal comma.
+fn number(cell: &str) -> Option<f64> {
+    cell.parse().ok().or_else(|| cell.split_once(',').and_then(|(whole, part)| format!("{whole}.{part}").parse().ok()))
 }
 
 impl Columns {
@@ -64,7 +91,7 @@ impl Columns {
     /// Without a header: four numbers, and perhaps a word.
     fn in_order(row: &str) -> Option<Self> {
         let cells = cells(row);
-        let ends = cells.len() >= 4 && cells[..4].iter().all(|cell| cell.parse::<f64>().is_ok());
+        let ends = cells.len() >= 4 && cells[..4].iter().all(|cell| number(cell).is_some());
         ends.then(Self::default)
     }
 }
@@ -125,18 +152,22 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, Plan
 
 /// What a row says; nothing if it has no length.
 fn element(line: usize, cells: &[&str], columns: &Columns) -> Result<Option<Element>, PlanFileError> {
-    let number = |k: usize| {
+    let end = |k: usize| {
         let cell = cells.get(columns.ends[k]).copied().unwrap_or("");
-        let value = cell.parse().ok().map(|v: f64| v * columns.metres_per_unit).filter(|v| v.is_finite());
+        let value = number(cell).map(|v| v * columns.metres_per_unit).filter(|v| v.is_finite());
         value.ok_or_else(|| PlanFileError::BadWall { line, why: format!("{} is \"{}\", no finite number", NAMES[0][k], text::short(cell)) })
     };
     let word = columns.kind.and_then(|at| cells.get(at)).copied().unwrap_or("");
     let kind = match kind::of(word) {
         None if word.is_empty() => ElementKind::Wall,
         Some(Meaning::Part(kind)) if !kind.is_ground() => kind,
+        _ if number(word).is_some() => {
+            let why = format!("it has {} numbers, and a wall's two ends are four: is it a walk, or a table without a header?", cells.len());
+            return Err(PlanFileError::BadWall { line, why });
+        }
         _ => return Err(PlanFileError::BadWall { line, why: format!("\"{}\" is no kind of wall", text::short(word)) }),
     };
-    let ends = [Pt2::new(number(0)?, number(1)?), Pt2::new(number(2)?, number(3)?)];
+    let ends = [Pt2::new(end(0)?, end(1)?), Pt2::new(end(2)?, end(3)?)];
     let length_m = ends[0].distance(ends[1]);
     if length_m > LONGEST_M {
         let why =
@@ -171,6 +202,48 @@ mod tests {
             let plan = drawn(&list);
             let at = |x, y| plan.at(Pt2::new(x, y));
             assert_eq!([at(3.0, 0.01), at(1.5, 0.01), at(0.01, 1.5), at(2.0, 1.5)], [Cell::Wall, Cell::Door, Cell::Window, Cell::Free]);
+        }
+    }
+
+    #[test]
+    fn columns_stand_apart_by_commas_semicolons_tabs_or_blanks() {
+        let with = |between: &str| format!("{ROOM}1,0,2,0,door\n0,1,0,2,window\n").replace(',', between);
+        let header = |between: &str| "x0,y0,x1,y1,kind\n".replace(',', between);
+        for between in [",", ";", "\t", " ", "   ", " \t ", ", ", " ; "] {
+            for list in [with(between), header(between) + &with(between), header(",") + &with(between), header(" ") + &with(between)] {
+                assert!(is_one(&list), "{list}");
+                let plan = drawn(&list);
+                let at = |x, y| plan.at(Pt2::new(x, y));
+                let found = [at(3.0, 0.01), at(1.5, 0.01), at(0.01, 1.5), at(2.0, 1.5)];
+                assert_eq!(found, [Cell::Wall, Cell::Door, Cell::Window, Cell::Free], "{list}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_may_be_pairs_and_commas_decimal() {
+        let walls = |text: &str| {
+            assert!(is_one(text), "{text}");
+            let building = read(text, &mut Vec::new()).unwrap();
+            building.levels[0].elements[0].form.points().flat_map(|at| [at.x, at.y]).collect::<Vec<f64>>()
+        };
+        for pairs in
+            ["0.5 1.25; 3 4\n", "0.5 1.25, 3 4\n", "0.5,1.25;3,4\n", "0,5;1,25;3,0;4\n", "0,5\t1,25\t3\t4\twall\n", "0.5 1.25\t3 4\n"]
+        {
+            assert_eq!(walls(pairs), [0.5, 1.25, 3.0, 4.0], "{pairs}");
+        }
+        // Blanks and decimal commas, or thousands, cannot be told from other lists: nothing is made up of them.
+        for unclear in ["0,5 1,2 3,0 4,1\n", "1 000;2 000;3 000;4 000\n"] {
+            assert!(!is_one(unclear) || read(unclear, &mut Vec::new()).is_err(), "{unclear}");
+        }
+    }
+
+    #[test]
+    fn a_walk_that_is_given_as_a_plan_is_refused_as_one() {
+        for row in ["0.1 1.5 2.5 0 0 0 0 1", "0.1,1.5,2.5,0,0,0,0,1"] {
+            assert!(is_one(row), "{row}");
+            let error = read(row, &mut Vec::new()).unwrap_err().to_string();
+            assert!(error.contains("8 numbers") && error.contains("walk"), "{error}");
         }
     }
 

@@ -80,6 +80,8 @@ fn plans_without_walls_or_without_floor_are_refused() {
     GrayImage::from_pixel(50, 50, Luma([0])).save(&path).unwrap();
     assert!(matches!(read_plan(&path, Some(0.05)), Err(PlanFileError::Plan(PlanError::NoFreeSpace))));
     std::fs::write(&path, "no picture").unwrap();
+    assert!(matches!(read_plan(&path, Some(0.05)), Err(PlanFileError::UnknownText { .. })));
+    std::fs::write(&path, [0u8; 100]).unwrap();
     assert!(matches!(read_plan(&path, Some(0.05)), Err(PlanFileError::Raster(_))));
     assert!(matches!(read_plan(Path::new("no such plan.png"), Some(0.05)), Err(PlanFileError::Io(_))));
 }
@@ -219,4 +221,17 @@ fn vector_plans_are_told_by_their_content_and_need_no_scale() {
     assert_eq!(read_plan(&path, None).unwrap().plan.at(Pt2::new(1.5, 0.01)), Cell::Wall);
     std::fs::write(&path, "{\"no\": \"plan\"}").unwrap();
     assert!(matches!(read_plan(&path, None), Err(PlanFileError::GeoJson { .. })));
+}
+
+#[test]
+fn numbers_between_blanks_are_walls_and_other_texts_are_no_pictures() {
+    let dir = folder();
+    let path = dir.path().join("walls.txt");
+    std::fs::write(&path, "0 0 4 0\n4 0 4 3\n4 3 0 3\n0 3 0 0\n1 0 2 0 door\n").unwrap();
+    assert_eq!(read_plan(&path, None).unwrap().plan.at(Pt2::new(1.5, 0.01)), Cell::Door);
+    std::fs::write(&path, "Dear owner,\nhere is your plan.\n").unwrap();
+    for metres_per_pixel in [None, Some(0.05)] {
+        let error = read_plan(&path, metres_per_pixel).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("Dear owner") && error.contains("x0,y0,x1,y1"), "{error}");
+    }
 }

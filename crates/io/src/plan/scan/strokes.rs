@@ -51,8 +51,8 @@ pub(super) fn strokes(is_ink: &[bool], width: usize, metres_per_pixel: f64) -> S
     }
     let thickness = thickness(&closed(is_ink, width), width);
     let Some(wall) = wall_thickness(&thickness) else { return Strokes::default() };
-    // A wall as thick as can be told is no pen's: dark areas.
-    let found = Blobs::of(is_ink.len(), width, |i| is_ink[i]).filter(|_| wall < u8::MAX).unwrap_or_default();
+    // Specks are told beside a wall's thickness; walls as thick as can be told are dark areas, and theirs is not known.
+    let found = if wall < u8::MAX { Blobs::of(is_ink.len(), width, |i| is_ink[i]).unwrap_or_default() } else { Blobs::default() };
     let is_small = |blob: usize| f64::from(found.blobs[blob].reach()) <= SPECK_SHARE * f64::from(wall);
     let small = (0..found.blobs.len()).filter(|blob| is_small(*blob)).count();
     if small < LEAST_SPECKS {
@@ -74,8 +74,14 @@ fn curls(is_ink: &[bool], thickness: &[u8], width: usize, wall: u8, gap_px: usiz
     if is_thin.iter().filter(|is| **is).count() as u64 > PIXEL_LIMIT {
         return Vec::new();
     }
-    let joined = grown(&is_thin, width, gap_px.min(thin.into()).div_ceil(2));
-    let Some(found) = Blobs::of(joined.len(), width, |i| joined[i]) else { return Vec::new() };
+    let found = match gap_px.min(thin.into()).div_ceil(2) {
+        0 => Blobs::of(is_thin.len(), width, |i| is_thin[i]),
+        reach => {
+            let joined = grown(&is_thin, width, reach);
+            Blobs::of(joined.len(), width, |i| joined[i])
+        }
+    };
+    let Some(found) = found else { return Vec::new() };
     let mut curls = Vec::new();
     for (blob, runs) in found.by_blob().into_iter().enumerate() {
         let reach = f64::from(found.blobs[blob].reach());
@@ -195,7 +201,7 @@ fn longest_straight(runs: &[Run], pen: f64) -> f64 {
     let strip = pen.max(2.0);
     let mut longest: f64 = 0.0;
     for direction in 0..DIRECTIONS {
-        let (s, c) = (std::f64::consts::PI * direction as f64 / DIRECTIONS as f64).sin_cos();
+        let (s, c) = libm::sincos(std::f64::consts::PI * direction as f64 / DIRECTIONS as f64);
         let places = runs.iter().flat_map(|run| (run.start..run.end).map(move |u| (f64::from(u), f64::from(run.row))));
         let mut at: Vec<(i64, f64)> = places.map(|(u, v)| (((c * v - s * u) / strip).floor() as i64, c * u + s * v)).collect();
         at.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));

@@ -57,7 +57,7 @@ impl Swing {
     fn part(&self, at: [f64; 2], sill_px: f64) -> Option<bool> {
         let to = [at[0] - self.hinge[0], at[1] - self.hinge[1]];
         let in_frame = |rad: f64| {
-            let (s, c) = rad.sin_cos();
+            let (s, c) = libm::sincos(rad);
             [c * to[0] + s * to[1], c * to[1] - s * to[0]]
         };
         let reach = self.half_stroke + 1.0;
@@ -67,8 +67,8 @@ impl Swing {
         }
         let [along, across] = in_frame(self.leaf_rad);
         let is_leaf = (sill_px.max(reach)..self.radius + reach).contains(&along) && across.abs() <= reach;
-        let from_leaf = (self.side * across).atan2(along);
-        let off = (to[0].hypot(to[1]) - self.radius).abs();
+        let from_leaf = libm::atan2(self.side * across, along);
+        let off = (libm::hypot(to[0], to[1]) - self.radius).abs();
         // The last degrees of the circle touch the jamb.
         let is_arc = off <= reach + 0.02 * self.radius && from_leaf > -0.1 && from_leaf * self.radius < FRAC_PI_2 * self.radius - sill_px;
         (is_leaf || is_arc).then_some(true)
@@ -105,7 +105,7 @@ pub(super) fn swings(is_ink: &[bool], width: usize, metres_per_pixel: f64) -> Ve
     let (least, most) = ((LEAF_M.start() / cell_m).max(LEAST_CELLS), LEAF_M.end() / cell_m);
     let thickest = THICKEST.1.max(THICKEST.0 / cell_m);
     let is_thin = grid.thin(thickest as usize);
-    let ways: Vec<[f64; 2]> = (0..DIRECTIONS).map(|i| TAU * i as f64 / DIRECTIONS as f64).map(|a| [a.cos(), a.sin()]).collect();
+    let ways: Vec<[f64; 2]> = (0..DIRECTIONS).map(|i| TAU * i as f64 / DIRECTIONS as f64).map(|a| [libm::cos(a), libm::sin(a)]).collect();
     let mut found: Vec<(f64, Swing)> = Vec::new();
     for place in grid.places.iter().filter(|place| grid.is_at_border(**place, thickest as usize)) {
         let hinge = [(place % grid.width) as f64 + 0.5, (place / grid.width) as f64 + 0.5];
@@ -136,10 +136,10 @@ fn best(mut found: Vec<(f64, Swing)>) -> Vec<Swing> {
     for (_, swing) in found {
         let middle = |s: &Swing| {
             let way = s.leaf_rad + 0.5 * s.side * FRAC_PI_2;
-            [s.hinge[0] + 0.6 * s.radius * way.cos(), s.hinge[1] + 0.6 * s.radius * way.sin()]
+            [s.hinge[0] + 0.6 * s.radius * libm::cos(way), s.hinge[1] + 0.6 * s.radius * libm::sin(way)]
         };
         let [x, y] = middle(&swing);
-        if kept.iter().all(|other| (middle(other)[0] - x).hypot(middle(other)[1] - y) > 0.5 * swing.radius) {
+        if kept.iter().all(|other| libm::hypot(middle(other)[0] - x, middle(other)[1] - y) > 0.5 * swing.radius) {
             kept.push(swing);
         }
     }
@@ -248,7 +248,7 @@ impl Grid {
         // A quarter turn to the side.
         let aside = [-side * way[1], side * way[0]];
         let at = |radius: f64, rad: f64| {
-            let (s, c) = rad.sin_cos();
+            let (s, c) = libm::sincos(rad);
             self.has_ink(hinge[0] + radius * (c * way[0] + s * aside[0]), hinge[1] + radius * (c * way[1] + s * aside[1]))
         };
         let is_drawn = |radius: f64, rad: f64| at(radius, rad) || at(radius - 1.0, rad) || at(radius + 1.0, rad);

@@ -58,7 +58,7 @@ fn best(places: &[[f64; 2]], axis: usize) -> (f64, f64, f64) {
 
 /// Sum of squares of what the strips hold, beyond an even spread.
 fn unevenness(places: &[[f64; 2]], axis: usize, deg: f64) -> f64 {
-    let (s, c) = deg.to_radians().sin_cos();
+    let (s, c) = libm::sincos(deg.to_radians());
     // Strips of a sheet that is turned about its corner lie within its diagonal of it, on either side.
     let count = 3 * STRIPS as usize;
     let mut strips = vec![0.0f64; count];

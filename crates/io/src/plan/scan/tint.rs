@@ -161,11 +161,11 @@ impl Strip {
         let spread = 1.0 / 12.0;
         let (uu, vv) = (squares[0] / n - centre[0] * centre[0] + spread, squares[2] / n - centre[1] * centre[1] + spread);
         let uv = squares[1] / n - centre[0] * centre[1];
-        let angle = 0.5 * f64::atan2(2.0 * uv, uu - vv);
+        let angle = 0.5 * libm::atan2(2.0 * uv, uu - vv);
         let root = (0.25 * (uu - vv).powi(2) + uv * uv).sqrt();
         let (along, across) = (0.5 * (uu + vv) + root, (0.5 * (uu + vv) - root).max(spread));
         let side = |variance: f64| (12.0 * variance).sqrt();
-        Self { centre, way: [angle.cos(), angle.sin()], length: side(along), thickness: side(across), area: n }
+        Self { centre, way: [libm::cos(angle), libm::sin(angle)], length: side(along), thickness: side(across), area: n }
     }
 
     /// Whether it is as long and thick as doors are, straight, full, and ends at ink on both sides.
