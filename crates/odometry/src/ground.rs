@@ -1,6 +1,6 @@
 //! How did the body move on the floor, and what stood around it? From camera poses in space to a path and sightings.
 //!
-//! camera poses ─▶ [`level`] (gravity) ─▶ [`path`] (forward, left, turn) and [`sightings`] (bearing, range)
+//! camera poses ─▶ [`up`], [`level`] (gravity) ─▶ [`path`] (forward, left, turn) and [`sightings`] (bearing, range)
 //!
 //! The body looks where the camera looks: its heading is the optical axis on the floor.
 
@@ -29,18 +29,22 @@ impl SeenPoint {
 /// Length of the chords whose slope is looked at, units.
 const CHORD: f64 = 2.0;
 
-/// The rotation that makes z up ([`Upright`]) and puts x where the first camera looks.
-pub fn level(poses: &[CameraPose]) -> UnitQuaternion<f64> {
+/// Up as people hold cameras and walk ([`Upright`]), over a whole clip.
+pub fn up(poses: &[CameraPose]) -> Vector3<f64> {
     let mut upright = Upright::default();
     let share = 1.0 / poses.len().max(1) as f64;
     poses.iter().for_each(|pose| upright.add_camera(&pose.odom_from_camera.iso.rotation, share));
     let chords = chords(poses);
     chords.iter().for_each(|chord| upright.add_way(chord, 1.0 / chords.len() as f64));
-    let up = upright.up();
+    upright.up()
+}
+
+/// The rotation that makes the unit vector `up` z and puts x where the first camera looks.
+pub fn level(poses: &[CameraPose], up: &Vector3<f64>) -> UnitQuaternion<f64> {
     let ahead = poses.first().map_or(Vector3::z(), |p| p.odom_from_camera.iso.rotation * Vector3::z());
-    let forward = ahead - up * ahead.dot(&up);
+    let forward = ahead - up * ahead.dot(up);
     // A first look straight up or down has no heading; any will do.
-    let forward = forward.try_normalize(1e-6).unwrap_or_else(|| crate::visual::two_view::epipolar::tangent_basis(&up).0);
+    let forward = forward.try_normalize(1e-6).unwrap_or_else(|| crate::visual::two_view::epipolar::tangent_basis(up).0);
     let rows = Matrix3::from_rows(&[forward.transpose(), up.cross(&forward).transpose(), up.transpose()]);
     UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(rows))
 }
@@ -204,7 +208,7 @@ mod tests {
     #[test]
     fn a_tilted_walk_is_levelled_and_keeps_its_shape() {
         let poses = walk(&UnitQuaternion::from_euler_angles(0.4, -0.7, 2.0));
-        let flat = levelled(&poses, &level(&poses), 1.0);
+        let flat = levelled(&poses, &level(&poses, &up(&poses)), 1.0);
         // The 10° of pitch pull gravity by (0.05/0.25)² of it against roll and slope: under 0.5°, 3 cm over 4 units.
         assert!(flat.iter().all(|p| p.odom_from_camera.origin().coords.z.abs() < 0.05), "{:?}", flat[79]);
         let path = path(&flat);

@@ -16,6 +16,9 @@ use crate::upright::Upright;
 /// Points under which a frame's rotation is a guess, and under which it may be wrong for all that they say.
 const FEW: usize = 8;
 const WEAK: usize = 25;
+/// Squared Mahalanobis distance up to which odometry may have turned: 99 % of a 3-degree chi-square. The stripes of a poster agree
+/// on many a rotation.
+const POSSIBLE: f64 = 11.3;
 /// Seconds of agreement after a weak frame until a fix may no longer be searched for: a wing that stands askew must not be taken
 /// for a lost turn.
 const SEARCH_S: f64 = 3.0;
@@ -56,6 +59,8 @@ pub struct Compass {
     /// Seconds, since a weak frame, in which the edges agreed with odometry.
     sound_s: f64,
     covariance: Matrix3<f64>,
+    /// Sum of the axes' up over the frames that they fixed.
+    ups: Vector3<f64>,
 }
 
 /// What a frame's edges say to odometry.
@@ -71,6 +76,11 @@ impl Compass {
     /// The unit vector that points up, odom's frame: as the building's edges say, else as people hold cameras.
     pub fn up(&self) -> Vector3<f64> {
         self.axes.map_or_else(|| self.upright.up(), |a| a.0[0])
+    }
+
+    /// Up in the mean of the frames that the building's edges fixed; `None` if they fixed none.
+    pub fn level(&self) -> Option<Vector3<f64>> {
+        self.ups.try_normalize(0.5)
     }
 
     /// Takes in how a keyframe's camera was held.
@@ -95,7 +105,12 @@ impl Compass {
         };
         let tilts = TILTS_DEG.iter().flat_map(|pitch| TILTS_DEG.map(|roll| (*pitch, roll)));
         let tried = tilts.flat_map(|(pitch, roll)| YAWS_DEG.map(|yaw| from(yaw, pitch, roll)));
-        let best = tried.filter_map(|start| axes.fix(edges, &start)).max_by_key(|f| f.edges);
+        let spread = self.covariance.try_inverse()?;
+        let possible = |fix: &Fix| {
+            let off = (fix.rotation * predicted.inverse()).scaled_axis();
+            (off.transpose() * spread * off).x < POSSIBLE
+        };
+        let best = tried.filter_map(|start| axes.fix(edges, &start)).filter(possible).max_by_key(|f| f.edges);
         best.filter(|f| f.edges >= ENOUGH && f.edges as f64 > SURE * edges.len() as f64 && f.heading)
     }
 
@@ -114,6 +129,7 @@ impl Compass {
             None => self.sound_s,
         };
         let fix = fix?;
+        self.ups += self.up();
         let off = (fix.rotation * rotation.inverse()).scaled_axis();
         if off.norm() > FAR_RAD {
             self.covariance += Matrix3::identity() * FAR_RAD2;
@@ -148,7 +164,7 @@ impl Compass {
         }
         self.doubted = if fixed { self.doubted.saturating_sub(1) } else { self.doubted + 1 };
         if self.doubted > PATIENCE {
-            *self = Self { upright: self.upright.clone(), covariance: self.covariance, ..Self::default() };
+            *self = Self { upright: self.upright.clone(), covariance: self.covariance, ups: self.ups, ..Self::default() };
         }
     }
 }
@@ -209,6 +225,10 @@ mod tests {
         let edges = seen_from(&box_edges(5, 80, 0.1), &truth, 1e-3, 5);
         assert!(compass.fix(&edges, &lost).is_none_or(|f| f.rotation.angle_to(&truth) > 0.2), "nothing was lost yet");
         assert!(compass.steer(&[], &lost, 1.0 / 30.0, 3).is_none());
+        assert!(compass.fix(&edges, &lost).is_none(), "in a single frame no head turns by 28°");
+        for _ in 0..15 {
+            assert!(compass.steer(&[], &lost, 1.0 / 30.0, 3).is_none());
+        }
         let fix = compass.fix(&edges, &lost).unwrap();
         assert!(fix.rotation.angle_to(&truth) < 0.01, "{}", fix.rotation.angle_to(&truth));
         let steering = compass.steer(&edges, &lost, 1.0 / 30.0, 3).unwrap();

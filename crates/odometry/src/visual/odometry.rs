@@ -80,6 +80,8 @@ const KEYFRAME_S: f64 = 0.1;
 const KEYFRAME_POINTS: usize = 30;
 /// Points with a distance that hold the unit of length.
 const UNIT_NEEDS: usize = 10;
+/// A keyframe's rotation is as the building's edges say within this.
+const SOUND_RAD: f64 = 0.05;
 /// Strikes in a row after which a point is taken to move by itself.
 const STRIKES: u32 = 3;
 
@@ -338,6 +340,9 @@ impl VisualOdometry {
         };
         let steering = self.compass.steer(edges, rotation, seconds, inliers)?;
         let oldest = self.map.oldest_live(self.options.window);
+        // What went wrong went wrong after the last keyframe that the edges agree with.
+        let unsound = self.map.after_last_sound(SOUND_RAD);
+        let oldest = if Some(unsound) <= self.map.newest() { oldest.max(unsound) } else { oldest };
         if let Stage::Tracking(motion) = &mut self.stage {
             self.map.turn_about(&motion.pose.translation.vector, &steering.turn, oldest);
             motion.pose.rotation = steering.turn * motion.pose.rotation;
@@ -536,7 +541,8 @@ impl VisualOdometry {
             return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
         }
         let poses = place(&self.posed, &self.map);
-        let level = ground::level(&poses);
+        let up = self.compass.level().unwrap_or_else(|| ground::up(&poses));
+        let level = ground::level(&poses, &up);
         let scale = ground::metres_by_walking(&poses, self.options.walking_speed_m_s);
         let poses = ground::levelled(&poses, &level, scale);
         let by_stamp: BTreeMap<Stamp, usize> = poses.iter().enumerate().map(|(i, p)| (p.stamp, i)).collect();

@@ -113,6 +113,12 @@ impl Map {
         }
     }
 
+    /// The first keyframe after the last one whose rotation is as the building's edges say within `near_rad`.
+    pub fn after_last_sound(&self, near_rad: f64) -> KeyframeId {
+        let sound = |k: &Keyframe| k.fix.is_some_and(|f| f.heading && f.error(&k.pose.rotation).norm() < near_rad);
+        KeyframeId(self.keyframes.iter().rposition(sound).map_or(0, |k| k + 1))
+    }
+
     /// Turns the keyframes from `oldest` on about this point.
     pub fn turn_about(&mut self, centre: &Vector3<f64>, turn: &UnitQuaternion<f64>, oldest: KeyframeId) {
         for keyframe in &mut self.keyframes[oldest.0..] {
@@ -210,6 +216,28 @@ impl Residual {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_the_edges_agree_with_is_not_turned() {
+        let turn = |yaw: f64| UnitQuaternion::from_scaled_axis(Vector3::y() * yaw);
+        let fix = |yaw: f64| Some(Fix { rotation: turn(yaw), information: Matrix3::identity(), edges: 20, upright: 5, heading: true });
+        let keyframe = |x: f64, yaw: f64, fix: Option<Fix>| Keyframe {
+            stamp: Stamp((x * 1e9) as i64),
+            pose: Pose::from_parts(Vector3::new(x, 0.0, 0.0).into(), turn(yaw)),
+            turn: UnitQuaternion::identity(),
+            fix,
+        };
+        let mut map = Map::default();
+        assert_eq!(map.after_last_sound(0.05), KeyframeId(0), "no keyframe is sound");
+        // Before a blank wall, along it, and behind it, where the edges say that odometry has turned by 0.3.
+        map.keyframes = vec![keyframe(0.0, 0.0, fix(0.01)), keyframe(1.0, 0.2, None), keyframe(2.0, 0.3, fix(0.0))];
+        let lost = map.after_last_sound(0.05);
+        assert_eq!(lost, KeyframeId(1));
+        map.turn_about(&Vector3::new(2.0, 0.0, 0.0), &turn(-0.3), lost);
+        assert_eq!(map.keyframes[0].pose, Pose::identity(), "what was right stays");
+        assert!(map.keyframes[2].pose.rotation.angle() < 1e-12);
+        assert_eq!(map.after_last_sound(0.05), KeyframeId(3), "all is sound now");
+    }
 
     #[test]
     fn derivatives_agree_with_finite_differences() {
