@@ -174,7 +174,7 @@ pub fn sightings(seen: &[(&CameraPose, SeenPoint)]) -> Vec<Sighting> {
 }
 
 /// Height of the camera over the floor: where the points below the camera are densest at the bottom; `None` if few are low.
-fn floor_below(offsets: impl Iterator<Item = Vector3<f64>>) -> Option<f64> {
+pub fn floor_below(offsets: impl Iterator<Item = Vector3<f64>>) -> Option<f64> {
     let mut below: Vec<f64> = offsets.filter(|o| o.z < -0.3 * o.x.hypot(o.y)).map(|o| -o.z).collect();
     if below.len() < 30 {
         return None;

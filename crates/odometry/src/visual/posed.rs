@@ -1,4 +1,6 @@
 //! Where was the camera at each frame, once the keyframes are settled?
+//!
+//! frames on keyframes ─▶ [`place`] ─▶ gaps are bridged: what was only guessed on the way lies between what was seen before and after
 
 use planwalk_types::{CameraPose, Rigid3, Stamp, TrackingState};
 
@@ -16,8 +18,37 @@ pub(super) struct Posed {
     pub repeat: bool,
 }
 
-/// The poses of all frames: each from its keyframe; a repeat between the frames around it, by time.
+/// Longest gap that is bridged, seconds: in a longer one the walk as it was guessed says more than a straight line.
+const BRIDGED_S: f64 = 2.0;
+
+/// The poses of all frames: each from its keyframe; a repeat between the frames around it, by time; gaps bridged.
 pub(super) fn place(posed: &[Posed], map: &Map) -> Vec<CameraPose> {
+    let mut poses = as_posed(posed, map);
+    // Rotations first: they are known in more frames.
+    bridge(&mut poses, |p| p.state != TrackingState::Propagated, |pose, between| pose.rotation = between.rotation);
+    bridge(&mut poses, |p| p.state == TrackingState::Mapped, |pose, between| pose.translation = between.translation);
+    poses
+}
+
+/// Sets what is not known in a frame between what is known before and after it, by time.
+fn bridge(poses: &mut [CameraPose], known: impl Fn(&CameraPose) -> bool, set: impl Fn(&mut Pose, &Pose)) {
+    let mut before: Option<usize> = None;
+    for after in 0..poses.len() {
+        if !known(&poses[after]) {
+            continue;
+        }
+        if let Some(before) = before.replace(after).filter(|b| poses[after].stamp.secs_since(poses[*b].stamp) <= BRIDGED_S) {
+            let (from, to) = (poses[before].clone(), poses[after].clone());
+            for pose in &mut poses[before + 1..after] {
+                let share = pose.stamp.secs_since(from.stamp) / to.stamp.secs_since(from.stamp);
+                let between = from.odom_from_camera.iso.lerp_slerp(&to.odom_from_camera.iso, share);
+                set(&mut pose.odom_from_camera.iso, &between);
+            }
+        }
+    }
+}
+
+fn as_posed(posed: &[Posed], map: &Map) -> Vec<CameraPose> {
     let own = |p: &Posed| p.reference.map_or(p.reference_from_camera, |k| map.pose(k) * p.reference_from_camera);
     let at = |i: usize| {
         let p = &posed[i];

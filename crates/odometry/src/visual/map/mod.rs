@@ -113,6 +113,14 @@ impl Map {
         }
     }
 
+    /// Multiplies all lengths before this keyframe by `factor`; it and what comes after it stay.
+    pub fn rescale_before(&mut self, factor: f64, end: KeyframeId) {
+        let Some(fixed) = self.keyframes.get(end.0).map(|k| k.pose.translation.vector) else { return };
+        for keyframe in &mut self.keyframes[..end.0] {
+            keyframe.pose.translation.vector = fixed + (keyframe.pose.translation.vector - fixed) * factor;
+        }
+    }
+
     /// The first keyframe after the last one whose rotation is as the building's edges say within `near_rad`.
     pub fn after_last_sound(&self, near_rad: f64) -> KeyframeId {
         let sound = |k: &Keyframe| k.fix.is_some_and(|f| f.heading && f.error(&k.pose.rotation).norm() < near_rad);
