@@ -74,27 +74,6 @@ pub fn levelled(poses: &[CameraPose], level: &UnitQuaternion<f64>, scale: f64) -
     poses.iter().map(|p| CameraPose { odom_from_camera: turn(p), ..p.clone() }).collect()
 }
 
-/// What makes the odometry's unit about a metre: the usual speed of the walk, in stretches of a second, becomes `walking_speed`.
-///
-/// Stretches under a quarter of the fastest ones' speed are stops. A camera that never moved keeps its unit: 1.
-pub fn metres_by_walking(poses: &[CameraPose], walking_speed: f64) -> f64 {
-    let mut speeds = Vec::new();
-    let mut start = 0;
-    for (end, pose) in poses.iter().enumerate() {
-        let seconds = pose.stamp.secs_since(poses[start].stamp);
-        if seconds >= 1.0 || (end + 1 == poses.len() && speeds.is_empty() && seconds > 0.0) {
-            let way = pose.odom_from_camera.origin().coords - poses[start].odom_from_camera.origin().coords;
-            speeds.push(way.norm() / seconds);
-            start = end;
-        }
-    }
-    speeds.sort_by(f64::total_cmp);
-    let Some(fast) = speeds.get(speeds.len() * 9 / 10).copied() else { return 1.0 };
-    speeds.retain(|s| *s >= 0.25 * fast);
-    let usual = speeds[speeds.len() / 2];
-    if usual > 1e-6 { walking_speed / usual } else { 1.0 }
-}
-
 /// Heading of the optical axis on the floor, or `None` when it is vertical.
 fn heading(pose: &CameraPose) -> Option<f64> {
     let ahead = pose.odom_from_camera.iso.rotation * Vector3::z();
@@ -215,17 +194,6 @@ mod tests {
         let end = path.poses()[79];
         assert!((end.x - 4.0).abs() < 0.05 && (end.y - 3.9).abs() < 0.05, "{end:?}");
         assert!((end.heading_rad - std::f64::consts::FRAC_PI_2).abs() < 0.02, "{end:?}");
-    }
-
-    #[test]
-    fn the_usual_speed_becomes_a_walk_though_there_was_a_stop() {
-        // One unit a second for 7.9 s; then 8 s of standing.
-        let mut poses = walk(&UnitQuaternion::identity());
-        let last = poses[79].clone();
-        poses.extend((80..160).map(|i| CameraPose { stamp: Stamp(i * 100_000_000), ..last.clone() }));
-        // The stretch around the corner is a chord, a little shorter than the way.
-        assert!((metres_by_walking(&poses, 1.1) - 1.1).abs() < 0.02);
-        assert_eq!(metres_by_walking(&poses[100..], 1.1), 1.0, "who stands says nothing of metres");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What does `result.json` say? The answer for programs; the schema is versioned.
 
 use planwalk_locate::{Apart, ApartView, ContradictedKind, ContradictedWall, Going, Localization, Quality};
-use planwalk_odometry::Gap;
+use planwalk_odometry::{Cue, Evidence, Gap};
 use planwalk_types::{Camera, Estimate, Hypothesis, PlanPose, ScaleEstimate, Seed, Status};
 use serde::{Deserialize, Serialize};
 
@@ -175,7 +175,7 @@ pub struct ApartEntry {
 }
 
 /// The video's odometry in figures.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OdometryEntry {
     /// Frames followed.
     pub frames: usize,
@@ -187,6 +187,49 @@ pub struct OdometryEntry {
     pub sightings: usize,
     /// Solver of the relative pose.
     pub solver: SolverEntry,
+    /// Standard deviation of the logarithm of a unit's metres, before the plan is looked at; its median is 1.
+    #[serde(default)]
+    pub unit_sigma: f64,
+    /// What of the walking body says so.
+    #[serde(default)]
+    pub unit_evidence: Vec<EvidenceEntry>,
+}
+
+/// What says how long a unit of odometry is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EvidenceEntry {
+    /// Which cue.
+    pub cue: CueEntry,
+    /// What was measured: units, steps a second, units a second.
+    pub measured: f64,
+    /// Metres in a unit by this cue alone.
+    pub metres_per_unit: f64,
+    /// Standard deviation of its logarithm.
+    pub relative_sigma: f64,
+}
+
+/// What of a walking body speaks for a length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CueEntry {
+    /// Height of the camera over the floor.
+    CameraHeight,
+    /// Steps a second.
+    Gait,
+    /// Usual speed.
+    WalkingSpeed,
+}
+
+impl From<&Evidence> for EvidenceEntry {
+    fn from(evidence: &Evidence) -> Self {
+        let cue = match evidence.cue {
+            Cue::CameraHeight => CueEntry::CameraHeight,
+            Cue::Gait => CueEntry::Gait,
+            Cue::WalkingSpeed => CueEntry::WalkingSpeed,
+        };
+        let Evidence { measured, metres_per_unit, relative_sigma, .. } = *evidence;
+        Self { cue, measured, metres_per_unit, relative_sigma }
+    }
 }
 
 /// Solver of the relative pose between two views.

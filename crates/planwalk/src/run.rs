@@ -63,9 +63,10 @@ pub struct Walk {
 }
 
 impl From<&Odometry> for Walk {
-    /// A single camera says nothing of metres.
+    /// A single camera says nothing of metres; whoever carries it does.
     fn from(odometry: &Odometry) -> Self {
-        Self { path: odometry.path.clone(), sightings: odometry.sightings.clone(), scale: OdometryScale::Unknown }
+        let scale = OdometryScale::Relative(odometry.unit.relative_sigma);
+        Self { path: odometry.path.clone(), sightings: odometry.sightings.clone(), scale }
     }
 }
 

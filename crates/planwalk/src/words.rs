@@ -2,7 +2,7 @@
 
 use planwalk_types::{Estimate, ScaleEstimate, Status};
 
-use crate::result::{ApartEntry, ContradictedEntry, ContradictedKindEntry};
+use crate::result::{ApartEntry, ContradictedEntry, ContradictedKindEntry, CueEntry, EvidenceEntry, OdometryEntry};
 
 /// The verdict as a sentence; `probability` is that of the likeliest place.
 pub fn verdict(status: Status, probability: f64) -> String {
@@ -25,6 +25,18 @@ pub fn end_pose(end: &Estimate) -> String {
 /// The scale, e.g. `1 unit of odometry = 0.84 m ± 5 %`.
 pub fn scale(scale: &ScaleEstimate) -> String {
     format!("1 unit of odometry = {} m ± {:.0} %", significant(scale.metres_per_unit), 100.0 * scale.relative_sigma)
+}
+
+/// What the walking body says of the unit before the plan is looked at: `1 unit ≈ 1 m ± 14 %: camera 1.36 up, 1.85 steps a second`.
+pub fn unit(odometry: &OdometryEntry) -> String {
+    let cue = |e: &EvidenceEntry| match e.cue {
+        CueEntry::CameraHeight => format!("camera {} up", significant(e.measured)),
+        CueEntry::Gait => format!("{} steps a second", significant(e.measured)),
+        CueEntry::WalkingSpeed => format!("{} units a second", significant(e.measured)),
+    };
+    let cues: Vec<String> = odometry.unit_evidence.iter().map(cue).collect();
+    let why = if cues.is_empty() { "nothing moved".to_owned() } else { cues.join(", ") };
+    format!("1 unit ≈ 1 m ± {:.0} %: {why}", 100.0 * odometry.unit_sigma)
 }
 
 /// Which drawn walls the walk contradicts; `None` where none is.
@@ -176,6 +188,24 @@ mod tests {
         let of = |metres_per_unit: f64| scale(&ScaleEstimate { metres_per_unit, relative_sigma: 0.051 });
         assert_eq!(of(0.00834), "1 unit of odometry = 0.00834 m ± 5 %");
         assert_eq!(of(12.34), "1 unit of odometry = 12.3 m ± 5 %");
+    }
+
+    #[test]
+    fn the_unit_is_said_with_what_speaks_for_it() {
+        let cue = |cue, measured| EvidenceEntry { cue, measured, metres_per_unit: 1.0, relative_sigma: 0.15 };
+        let unit_evidence = vec![cue(CueEntry::CameraHeight, 1.364), cue(CueEntry::Gait, 1.85)];
+        let mut entry = OdometryEntry {
+            frames: 100,
+            seconds: 10.0,
+            length: 8.0,
+            sightings: 50,
+            solver: crate::result::SolverEntry::FivePoint,
+            unit_sigma: 0.141,
+            unit_evidence,
+        };
+        assert_eq!(unit(&entry), "1 unit ≈ 1 m ± 14 %: camera 1.36 up, 1.85 steps a second");
+        entry.unit_evidence.clear();
+        assert!(unit(&entry).ends_with("nothing moved"));
     }
 
     #[test]

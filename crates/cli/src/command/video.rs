@@ -7,6 +7,7 @@ use planwalk::figure::TrajectoryPicture;
 use planwalk::odometry::{Odometry, OdometryError, OdometryOptions, Solver};
 use planwalk::result::{OdometryEntry, SolverEntry};
 use planwalk::types::{Camera, VideoFrame};
+use planwalk::words;
 
 use super::Task;
 use crate::args::SolverName;
@@ -70,7 +71,10 @@ fn write(task: &mut Task, odometry: &Odometry, solver: &SolverName, name: &str) 
     let seconds = odometry.poses.first().zip(odometry.poses.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp));
     task.timing.walk_s = seconds;
     let (frames, length, sightings) = (odometry.poses.len(), odometry.path.length(), odometry.sightings.len());
-    task.result.odometry = Some(OdometryEntry { frames, seconds, length, sightings, solver });
+    let (unit_sigma, unit_evidence) = (odometry.unit.relative_sigma, odometry.unit.evidence.iter().map(Into::into).collect());
+    let entry = OdometryEntry { frames, seconds, length, sightings, solver, unit_sigma, unit_evidence };
+    let unit = words::unit(&entry);
+    task.result.odometry = Some(entry);
     task.result.gaps = odometry.gaps.iter().map(Into::into).collect();
     let blind: f64 = odometry.gaps.iter().map(|g| g.to.secs_since(g.from)).sum();
     if !odometry.gaps.is_empty() {
@@ -80,5 +84,6 @@ fn write(task: &mut Task, odometry: &Odometry, solver: &SolverName, name: &str) 
         )]);
     }
     task.voice.say(&format!("followed {frames} frames, {seconds:.1} s: {length:.1} units walked, {sightings} sightings"));
+    task.voice.say(&unit);
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! What comes out of a clip: poses, path, sightings, gaps; or why there is none.
 
+use crate::metres::MetricScale;
 use planwalk_types::{CameraPose, Path, Sighting, Stamp, TrackingState};
 
 /// Why there is no odometry.
@@ -70,7 +71,7 @@ pub struct Gap {
 /// The odometry of a whole clip.
 #[derive(Debug, Clone)]
 pub struct Odometry {
-    /// One pose a frame: `odom ← camera`, odom's z up, its x where the first frame looks; units of about a metre.
+    /// One pose a frame: `odom ← camera`, odom's z up, its x where the first frame looks; in units of about a metre.
     pub poses: Vec<CameraPose>,
     /// The same on the floor: one step between consecutive frames.
     pub path: Path,
@@ -78,6 +79,8 @@ pub struct Odometry {
     pub sightings: Vec<Sighting>,
     /// Where nothing was seen.
     pub gaps: Vec<Gap>,
+    /// How sure it is, by the walking body, that a unit is a metre.
+    pub unit: MetricScale,
 }
 
 /// Runs of frames whose whole motion is propagated.

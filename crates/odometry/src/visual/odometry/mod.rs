@@ -15,6 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Camera, Seed, Stamp, TrackingState, VideoFrame};
 
 use crate::ground::{self, SeenPoint};
+use crate::metres::metric_scale;
 use crate::visual::axes::Fix;
 use crate::visual::begin::Beginning;
 use crate::visual::compass::Compass;
@@ -297,14 +298,15 @@ impl VisualOdometry {
         self.right_first_unit(&up);
         let poses = place(&self.posed, &self.map);
         let level = ground::level(&poses, &up);
-        let scale = ground::metres_by_walking(&poses, self.options.walking_speed_m_s);
-        let poses = ground::levelled(&poses, &level, scale);
+        let poses = ground::levelled(&poses, &level, 1.0);
+        let unit = metric_scale(&poses, self.map.planes.camera_height(), self.options.walking_speed_m_s);
+        let poses = ground::levelled(&poses, &UnitQuaternion::identity(), unit.metres_per_unit);
         let by_stamp: BTreeMap<Stamp, usize> = poses.iter().enumerate().map(|(i, p)| (p.stamp, i)).collect();
-        let seen = self.seen_points.iter().filter_map(|s| by_stamp.get(&s.stamp).map(|i| (&poses[*i], s.scaled(scale))));
+        let seen = self.seen_points.iter().filter_map(|s| by_stamp.get(&s.stamp).map(|i| (&poses[*i], s.scaled(unit.metres_per_unit))));
         let sightings = ground::sightings(&seen.collect::<Vec<_>>());
         let path = ground::path(&poses);
         let gaps = gaps(&poses);
-        Ok(Odometry { poses, path, sightings, gaps })
+        Ok(Odometry { poses, path, sightings, gaps, unit: unit.applied() })
     }
 }
 
