@@ -93,6 +93,10 @@ const SURE_INLIERS: usize = 30;
 /// front of a blank wall a walk may halve its speed, and the map that is built afterwards believes the old one.
 const UNIT_RATE: f64 = 0.6;
 
+/// How far a walk goes while nobody films: units, one standard deviation; and how much the unit differs after it, logarithm.
+const CUT_UNITS: f64 = 10.0;
+const CUT_UNIT_CHANGE: f64 = 0.3;
+
 /// How fast it wanders while many points are seen: the floor holds it to some 5 %, for which the camera sways and gravity errs.
 const UNIT_WANDER: f64 = 0.03;
 
@@ -123,11 +127,18 @@ fn step(from: &CameraPose, to: &CameraPose, heading_rad: f64, next_rad: f64) -> 
         TrackingState::Mapped => (0.1, 0.0, UNIT_RATE / 2.0),
         TrackingState::RotationOnly => (0.3, 0.0, UNIT_RATE),
         TrackingState::Propagated => (0.6, 0.35, UNIT_RATE),
+        TrackingState::Cut => return cut(from.stamp, to.stamp),
     };
     let along = LENGTH_WALK.powi(2) * length + (speed_share * length).powi(2);
     let turn = TURN_WALK_RAD.powi(2) * length + (TURN_SHARE * turn_rad).powi(2) + turn_rate * turn_rate * seconds * seconds.min(1.0);
     let covariance = Matrix3::from_diagonal(&Vector3::new(along, 0.5 * along, turn));
     Step { from: from.stamp, to: to.stamp, forward, left, turn_rad, covariance, unit_change: unit_rate * seconds.sqrt() }
+}
+
+/// A step over a cut: nobody knows how far, where to, or in what unit.
+fn cut(from: Stamp, to: Stamp) -> Step {
+    let covariance = Matrix3::from_diagonal(&Vector3::new(CUT_UNITS.powi(2), CUT_UNITS.powi(2), std::f64::consts::PI.powi(2)));
+    Step { from, to, forward: 0.0, left: 0.0, turn_rad: 0.0, covariance, unit_change: CUT_UNIT_CHANGE }
 }
 
 /// Points between floor and ceiling as bearings and ranges on the floor.

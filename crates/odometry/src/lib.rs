@@ -13,5 +13,5 @@ pub mod visual;
 
 pub use metres::{Cue, Evidence, MetricScale};
 pub use visual::odometry::{OdometryOptions, VisualOdometry};
-pub use visual::outcome::{FrameReport, Gap, Odometry, OdometryError};
+pub use visual::outcome::{FrameQuality, FrameReport, Gap, Odometry, OdometryError};
 pub use visual::two_view::Solver;

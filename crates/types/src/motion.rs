@@ -13,6 +13,8 @@ pub enum TrackingState {
     RotationOnly,
     /// Nothing usable was seen; the whole motion is propagated and its covariance inflated.
     Propagated,
+    /// Nothing connects this picture with the one before it: the video was cut. The walk goes on here, anywhere.
+    Cut,
 }
 
 /// The pose of one frame.

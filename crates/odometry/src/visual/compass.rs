@@ -19,6 +19,9 @@ const WEAK: usize = 25;
 /// Squared Mahalanobis distance up to which odometry may have turned: 99 % of a 3-degree chi-square. The stripes of a poster agree
 /// on many a rotation.
 const POSSIBLE: f64 = 11.3;
+/// A camera is never held further from upright than this, 45°: of the rotations that the edges of a box allow, the others lie on its
+/// side.
+const UPRIGHT_RAD: f64 = 0.785;
 /// Seconds of agreement after a weak frame until a fix may no longer be searched for: a wing that stands askew must not be taken
 /// for a lost turn.
 const SEARCH_S: f64 = 3.0;
@@ -42,9 +45,13 @@ const BLIND_RAD2_S: f64 = 0.12;
 /// A fix further off than this was searched for, 8°; odometry may then have turned far: 30°.
 const FAR_RAD: f64 = 0.14;
 const FAR_RAD2: f64 = 0.25;
+/// After a cut it may look anywhere: 60°, of which only the part within a quarter turn can ever be told.
+const CUT_RAD2: f64 = 1.0;
 /// Error of a fix besides its information, 0.6°, which lasts as long as the view does.
 const SHARED_RAD2: f64 = 1.1e-4;
 const SHARED_S: f64 = 1.0;
+/// How well up is known as people hold cameras, 9°.
+const HELD_RAD: f64 = 0.16;
 /// Share of what was seen of gravity that is kept from one keyframe to the next: odometry's own frame tilts within a minute.
 const UPRIGHT_KEEPS: f64 = 0.97;
 
@@ -83,6 +90,15 @@ impl Compass {
         self.ups.try_normalize(0.5)
     }
 
+    /// How sure up is in the newest frame: standard deviation of its direction, radians.
+    pub fn tilt_sigma_rad(&self) -> f64 {
+        let Some(axes) = &self.axes else { return HELD_RAD };
+        // Turns about the vertical leave up where it is.
+        let up = axes.0[0];
+        let tilt = 0.5 * (self.covariance.trace() - (up.transpose() * self.covariance * up).x);
+        tilt.max(0.0).sqrt().min(HELD_RAD)
+    }
+
     /// Takes in how a keyframe's camera was held.
     pub fn held(&mut self, rotation: &UnitQuaternion<f64>) {
         self.upright.fade(UPRIGHT_KEEPS);
@@ -108,7 +124,8 @@ impl Compass {
         let spread = self.covariance.try_inverse()?;
         let possible = |fix: &Fix| {
             let off = (fix.rotation * predicted.inverse()).scaled_axis();
-            (off.transpose() * spread * off).x < POSSIBLE
+            let upright = (fix.rotation.inverse() * axes.0[0]).angle(&-Vector3::y()) < UPRIGHT_RAD;
+            upright && (off.transpose() * spread * off).x < POSSIBLE
         };
         let best = tried.filter_map(|start| axes.fix(edges, &start)).filter(possible).max_by_key(|f| f.edges);
         best.filter(|f| f.edges >= ENOUGH && f.edges as f64 > SURE * edges.len() as f64 && f.heading)
@@ -117,7 +134,7 @@ impl Compass {
     /// What the edges say of a frame that odometry posed at `rotation` by so many `points`, `seconds` after the one before.
     /// `None` where they say nothing.
     pub fn steer(&mut self, edges: &[Edge], rotation: &UnitQuaternion<f64>, seconds: f64, points: usize) -> Option<Steering> {
-        self.covariance += Matrix3::identity() * (seconds * if points < FEW { BLIND_RAD2_S } else { DRIFT_RAD2_S });
+        self.drift(seconds * if points < FEW { BLIND_RAD2_S } else { DRIFT_RAD2_S });
         if self.axes.is_none() {
             self.collect(edges, rotation);
         }
@@ -142,6 +159,21 @@ impl Compass {
         let gain = self.covariance * (self.covariance + noise).try_inverse()?;
         self.covariance -= gain * self.covariance;
         Some(Steering { turn: UnitQuaternion::from_scaled_axis(gain * off), fix })
+    }
+
+    /// Odometry turns away by this variance; up, only until it is known as people hold cameras.
+    fn drift(&mut self, variance: f64) {
+        let up = self.up();
+        let about = up * up.transpose();
+        let tilt = 0.5 * (self.covariance.trace() - (up.transpose() * self.covariance * up).x);
+        let tilt = variance.min((HELD_RAD * HELD_RAD - tilt).max(0.0));
+        self.covariance += about * variance + (Matrix3::identity() - about) * tilt;
+    }
+
+    /// The video was cut: the camera may look anywhere, and the next edges that agree are to be believed.
+    pub fn cut(&mut self) {
+        self.drift(CUT_RAD2);
+        self.sound_s = 0.0;
     }
 
     /// Collects edges until the building's axes show.

@@ -17,3 +17,4 @@ mod repeat;
 pub mod track;
 pub mod turn;
 pub mod two_view;
+mod view;

@@ -36,6 +36,11 @@ impl Motion {
         PosePrior { pose: Pose::from_parts(position.into(), self.pose.rotation * turn), sigma_move, sigma_turn_rad, fix: None }
     }
 
+    /// Stands still from here: nothing says how the camera moves.
+    pub fn stand(&mut self, stamp: Stamp) {
+        (self.velocity, self.turn_rate, self.stamp) = (Vector3::zeros(), Vector3::zeros(), stamp);
+    }
+
     /// Velocity from the last pose to this one; where few points or none say it, it dies away.
     pub fn go_on(&mut self, stamp: Stamp, now: Pose, state: TrackingState, inliers: usize) {
         let seconds = stamp.secs_since(self.stamp).max(1e-3);

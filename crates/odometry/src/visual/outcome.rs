@@ -1,5 +1,6 @@
 //! What comes out of a clip: poses, path, sightings, gaps; or why there is none.
 
+use super::posed::Posed;
 use crate::metres::MetricScale;
 use planwalk_types::{CameraPose, Path, Sighting, Stamp, TrackingState};
 
@@ -57,6 +58,21 @@ pub struct FrameReport {
     pub inliers: usize,
 }
 
+/// How well one frame was followed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FrameQuality {
+    /// Points followed into it.
+    pub points: usize,
+    /// Share of the map's points in view that contradict its motion: people, doors, reflections, slips.
+    pub movers: f64,
+    /// How fast points at a usual distance go by, the turn aside, radians/s.
+    pub parallax_rad_s: f64,
+    /// Steepness of the picture at full size over that at a quarter: about 0.5 if sharp, 0.25 if smeared over ten pixels.
+    pub sharpness: f64,
+    /// Standard deviation of the direction of gravity, radians.
+    pub tilt_sigma_rad: f64,
+}
+
 /// A stretch of video in which nothing usable was seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
@@ -79,21 +95,27 @@ pub struct Odometry {
     pub sightings: Vec<Sighting>,
     /// Where nothing was seen.
     pub gaps: Vec<Gap>,
+    /// How well each frame was followed; as many as poses.
+    pub quality: Vec<FrameQuality>,
     /// How sure it is, by the walking body, that a unit is a metre.
     pub unit: MetricScale,
 }
 
-/// Runs of frames whose whole motion is propagated.
-pub(super) fn gaps(poses: &[CameraPose]) -> Vec<Gap> {
+/// Runs of frames in which nothing was followed, with what their first frame lacked; and cuts.
+pub(super) fn gaps(posed: &[Posed]) -> Vec<Gap> {
     let mut gaps: Vec<Gap> = Vec::new();
     let mut open = false;
-    for pose in poses {
-        let blind = pose.state == TrackingState::Propagated;
-        match gaps.last_mut().filter(|_| open) {
-            Some(gap) if blind => gap.to = pose.stamp,
-            _ if blind => {
-                let cause = format!("only {} points could be followed (blank wall, blur or darkness)", pose.inliers);
-                gaps.push(Gap { from: pose.stamp, to: pose.stamp, cause });
+    for frame in posed {
+        let blind = frame.state == TrackingState::Propagated;
+        match (gaps.last_mut().filter(|_| open), frame.state) {
+            (_, TrackingState::Cut) => {
+                let cause = "a cut: nothing of the picture before is in this one".to_owned();
+                gaps.push(Gap { from: frame.stamp, to: frame.stamp, cause });
+            }
+            (Some(gap), TrackingState::Propagated) => gap.to = frame.stamp,
+            (None, TrackingState::Propagated) => {
+                let cause = frame.blind.clone().unwrap_or_else(|| "nothing could be followed".to_owned());
+                gaps.push(Gap { from: frame.stamp, to: frame.stamp, cause });
             }
             _ => {}
         }

@@ -5,6 +5,7 @@
 use planwalk_types::{CameraPose, Rigid3, Stamp, TrackingState};
 
 use super::map::{KeyframeId, Map, Pose};
+use super::outcome::FrameQuality;
 
 /// A frame's pose relative to a keyframe, so that it moves along when the keyframe is adjusted.
 #[derive(Debug, Clone)]
@@ -16,6 +17,10 @@ pub(super) struct Posed {
     pub inliers: usize,
     /// Whether the frame showed the picture before it once more: its pose is then found between its neighbours'.
     pub repeat: bool,
+    /// How well it was followed.
+    pub quality: FrameQuality,
+    /// Why nothing was, if nothing was.
+    pub blind: Option<String>,
 }
 
 /// Longest gap that is bridged, seconds: in a longer one the walk as it was guessed says more than a straight line.
@@ -26,7 +31,8 @@ pub(super) fn place(posed: &[Posed], map: &Map) -> Vec<CameraPose> {
     let mut poses = as_posed(posed, map);
     // Rotations first: they are known in more frames.
     bridge(&mut poses, |p| p.state != TrackingState::Propagated, |pose, between| pose.rotation = between.rotation);
-    bridge(&mut poses, |p| p.state == TrackingState::Mapped, |pose, between| pose.translation = between.translation);
+    let placed = |p: &CameraPose| matches!(p.state, TrackingState::Mapped | TrackingState::Cut);
+    bridge(&mut poses, placed, |pose, between| pose.translation = between.translation);
     poses
 }
 
@@ -81,6 +87,8 @@ mod tests {
                 state: TrackingState::Mapped,
                 inliers: 50,
                 repeat,
+                quality: FrameQuality::default(),
+                blind: None,
             })
             .to_vec();
         let x: Vec<f64> = place(&posed, &Map::default()).iter().map(|p| p.odom_from_camera.origin().coords.x).collect();

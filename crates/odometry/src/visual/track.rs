@@ -8,6 +8,7 @@ use super::image::Pyramid;
 use super::klt::{self, KltOptions};
 use super::lines::{self, Edge};
 use super::turn::{self, SmallPicture};
+use super::view::View;
 
 /// A point followed through the video.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -40,6 +41,7 @@ pub struct Tracker {
     last: Option<(Pyramid, SmallPicture)>,
     tracks: Vec<Track>,
     next_id: u64,
+    likeness: Option<f64>,
 }
 
 impl Tracker {
@@ -47,7 +49,7 @@ impl Tracker {
     pub fn new(camera: Camera) -> Self {
         // A cell a twentieth of the width: up to 300 corners at 4:3, whatever the resolution.
         let corners = CornerOptions { cell_px: (camera.width / 20).max(12), ..CornerOptions::default() };
-        Self { camera, corners, klt: KltOptions::default(), last: None, tracks: Vec::new(), next_id: 0 }
+        Self { camera, corners, klt: KltOptions::default(), last: None, tracks: Vec::new(), next_id: 0, likeness: None }
     }
 
     /// The points that are followed now.
@@ -67,6 +69,7 @@ impl Tracker {
         let small = SmallPicture::new(&next.levels[next.levels.len() - 1], image.width());
         let guesses = [expected_turn, UnitQuaternion::identity()];
         let turn = self.last.as_ref().and_then(|(_, last)| turn::align(&self.camera, last, &small, &guesses));
+        self.likeness = turn.map(|t| t.correlation);
         let mut predict = predict(turn.filter(|t| t.correlation > ALIKE).map(|t| t.now_from_last));
         if let Some((last, _)) = &self.last {
             let mut kept = Vec::with_capacity(self.tracks.len());
@@ -83,6 +86,17 @@ impl Tracker {
             self.drop_crowded();
         }
         self.last = Some((next, small));
+    }
+
+    /// How the newest picture is.
+    pub fn view(&self) -> Option<View> {
+        self.last.as_ref().map(|(pyramid, _)| View::of(pyramid))
+    }
+
+    /// Correlation of the newest two pictures after the turn that aligns them best; `None` of pictures that show too little to tell,
+    /// or that have too little in common.
+    pub fn likeness(&self) -> Option<f64> {
+        self.likeness
     }
 
     /// Two tracks that ended on one spot follow one point: the older stays.

@@ -127,8 +127,13 @@ impl Map {
         KeyframeId(self.keyframes.iter().rposition(sound).map_or(0, |k| k + 1))
     }
 
-    /// Turns the keyframes from `oldest` on about this point.
+    /// Turns the keyframes from `oldest` on about this point; that the one before it stays is no error of what was seen between them.
     pub fn turn_about(&mut self, centre: &Vector3<f64>, turn: &UnitQuaternion<f64>, oldest: KeyframeId) {
+        if let Some(before) = oldest.0.checked_sub(1).and_then(|k| self.keyframes.get(k)).map(|k| k.pose.rotation) {
+            if let Some(first) = self.keyframes.get_mut(oldest.0) {
+                first.turn = before.inverse() * turn * before * first.turn;
+            }
+        }
         for keyframe in &mut self.keyframes[oldest.0..] {
             keyframe.pose.translation.vector = centre + turn * (keyframe.pose.translation.vector - centre);
             keyframe.pose.rotation = turn * keyframe.pose.rotation;

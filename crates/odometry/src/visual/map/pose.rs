@@ -52,6 +52,9 @@ pub struct PoseFit {
 /// Squared Mahalanobis distance up to which a sight agrees: 99.9 % of a 2-degree chi-square.
 pub const AGREES: f64 = 13.8;
 
+/// Standard deviations of the prior by which the rotation may differ from it, or from what the edges say.
+const MOST_TURN: f64 = 5.0;
+
 /// Robust Gauss–Newton (Geman–McClure, annealed) from the prior's pose. `sigma_rad` is the noise of a ray.
 pub fn solve(sights: &[Sight], prior: &PosePrior, sigma_rad: f64) -> PoseFit {
     let mut pose = prior.pose;
@@ -82,9 +85,18 @@ pub fn solve(sights: &[Sight], prior: &PosePrior, sigma_rad: f64) -> PoseFit {
             break;
         }
     }
+    if !plausible(&pose, prior) {
+        (pose, covariance) = (prior.pose, prior_information(prior).try_inverse().unwrap_or_else(Matrix6::identity));
+    }
     let squared =
         sights.iter().map(|s| weigh(s, &pose, sigma_rad).map_or(f64::INFINITY, |(r, w)| (r.error.transpose() * w * r.error).x)).collect();
     PoseFit { pose, covariance, squared }
+}
+
+/// Whether a head turns so: a single point that slipped, on a hand before the lens, explains itself by any turn.
+fn plausible(pose: &Pose, prior: &PosePrior) -> bool {
+    let starts = [Some(prior.pose.rotation), prior.fix.map(|fix| fix.rotation)];
+    starts.iter().flatten().any(|start| start.angle_to(&pose.rotation) < MOST_TURN * prior.sigma_turn_rad)
 }
 
 /// The pose after a step (turn on the right, move in odom).

@@ -19,6 +19,8 @@ const ASSUMED_TOGETHER: f64 = 4.0;
 /// other has no baseline.
 const KEYFRAME_S: f64 = 0.1;
 const KEYFRAME_POINTS: usize = 30;
+/// Points under which a picture that shows anything is worth a keyframe.
+const FEW_TRACKS: usize = 30;
 
 impl VisualOdometry {
     /// Whether the view has changed enough, by turning, by parallax or by loss of points, to be remembered.
@@ -30,12 +32,15 @@ impl VisualOdometry {
             return false;
         }
         let turned = keyframe.rotation.angle_to(&now.rotation);
-        let lost = (self.tracker.tracks().len() as f64) < 0.75 * self.tracks_at_keyframe as f64;
+        let tracks = self.tracker.tracks().len();
+        let lost = (tracks as f64) < 0.75 * self.tracks_at_keyframe as f64;
+        // Behind a blank wall, or a hand on the lens, nothing was followed, so nothing can be lost: what is there is to be found.
+        let appears = tracks < FEW_TRACKS && self.tracker.view().is_some_and(|view| view.shows());
         let parallax = self.in_view().filter(|l| l.has_depth()).map(|l| {
             let (before, after) = (self.map.direction(l, keyframe), self.map.direction(l, now));
             (keyframe.rotation * before).angle(&(now.rotation * after))
         });
-        turned > 0.12 || lost || median(parallax.collect()) > 0.025
+        turned > 0.12 || lost || appears || median(parallax.collect()) > 0.025
     }
 
     /// Remembers the frame: new points, checked against the keyframe before, and the last few keyframes adjusted.

@@ -19,7 +19,8 @@ impl VisualOdometry {
         let inliers = self.tracker.tracks().len();
         let state = if inliers >= 8 { TrackingState::RotationOnly } else { TrackingState::Propagated };
         let reference_from_camera = Pose::from_parts(Vector3::zeros().into(), rotation);
-        self.posed.push(Posed { stamp, reference: None, reference_from_camera, state, inliers, repeat: false });
+        let (quality, blind) = self.quality(state, &[], 0.0);
+        self.posed.push(Posed { stamp, reference: None, reference_from_camera, state, inliers, repeat: false, quality, blind });
         match first {
             Some(first) => self.start_map(stamp, &first),
             None => {
