@@ -1,8 +1,8 @@
 //! What does `result.json` say? The answer for programs; the schema is versioned.
 
 use planwalk_locate::{Apart, ApartView, ContradictedKind, ContradictedWall, Going, Localization, Quality};
-use planwalk_odometry::{Cue, Evidence, Gap};
-use planwalk_types::{Camera, Estimate, Hypothesis, PlanPose, ScaleEstimate, Seed, Status};
+use planwalk_odometry::{Cue, Evidence, FrameQuality, Gap, Odometry};
+use planwalk_types::{Camera, Estimate, Hypothesis, PlanPose, ScaleEstimate, Seed, Status, TrackingState};
 use serde::{Deserialize, Serialize};
 
 /// Name and version of the schema. A field may be added under the same number; what changes or goes raises it.
@@ -193,6 +193,52 @@ pub struct OdometryEntry {
     /// What of the walking body says so.
     #[serde(default)]
     pub unit_evidence: Vec<EvidenceEntry>,
+    /// How well the video was followed, second by second.
+    #[serde(default)]
+    pub quality: Vec<SecondEntry>,
+}
+
+/// How well a second of video was followed: means over its frames.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SecondEntry {
+    /// Its beginning, seconds after the first frame.
+    pub from_s: f64,
+    /// Share of its frames that were posed on the map.
+    pub mapped: f64,
+    /// Points followed.
+    pub points: f64,
+    /// Share of the map's points in view that contradict the camera's motion: people, doors, reflections, slips.
+    pub movers: f64,
+    /// How fast points at a usual distance go by, the camera's turn aside, degrees a second.
+    pub parallax_deg_s: f64,
+    /// Steepness of the picture at full size over that at a quarter: 0.6 to 1 if sharp, half of that if smeared over ten pixels.
+    pub sharpness: f64,
+    /// Standard deviation of the direction of gravity, degrees.
+    pub tilt_sigma_deg: f64,
+}
+
+impl SecondEntry {
+    /// Of each second of a clip; one without frames is left out.
+    pub fn of(odometry: &Odometry) -> Vec<Self> {
+        let Some(first) = odometry.poses.first() else { return Vec::new() };
+        let frames: Vec<(i64, bool, &FrameQuality)> = (odometry.poses.iter().zip(&odometry.quality))
+            .map(|(pose, quality)| (pose.stamp.secs_since(first.stamp).floor() as i64, pose.state == TrackingState::Mapped, quality))
+            .collect();
+        frames.chunk_by(|a, b| a.0 == b.0).map(Self::mean).collect()
+    }
+
+    fn mean(frames: &[(i64, bool, &FrameQuality)]) -> Self {
+        let mean = |of: &dyn Fn(bool, &FrameQuality) -> f64| frames.iter().map(|f| of(f.1, f.2)).sum::<f64>() / frames.len() as f64;
+        Self {
+            from_s: frames[0].0 as f64,
+            mapped: mean(&|mapped, _| f64::from(u8::from(mapped))),
+            points: mean(&|_, q| q.points as f64),
+            movers: mean(&|_, q| q.movers),
+            parallax_deg_s: mean(&|_, q| q.parallax_rad_s.to_degrees()),
+            sharpness: mean(&|_, q| q.sharpness),
+            tilt_sigma_deg: mean(&|_, q| q.tilt_sigma_rad.to_degrees()),
+        }
+    }
 }
 
 /// What says how long a unit of odometry is.
@@ -450,6 +496,23 @@ pub fn length_m(track: &[Estimate]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_clip_is_told_second_by_second() {
+        let pose = |tenths: i64| planwalk_types::CameraPose {
+            stamp: planwalk_types::Stamp(tenths * 100_000_000),
+            odom_from_camera: planwalk_types::Rigid3::identity(),
+            state: if tenths < 15 { TrackingState::Mapped } else { TrackingState::Propagated },
+            inliers: 0,
+        };
+        let poses: Vec<_> = (0..20).chain(40..45).map(pose).collect();
+        let quality = (0..poses.len()).map(|i| FrameQuality { points: i, ..FrameQuality::default() }).collect();
+        let unit = planwalk_odometry::MetricScale { metres_per_unit: 1.0, relative_sigma: 0.1, evidence: Vec::new() };
+        let path = planwalk_types::Path { steps: Vec::new() };
+        let seconds = SecondEntry::of(&Odometry { poses, path, sightings: Vec::new(), gaps: Vec::new(), quality, unit });
+        let told: Vec<_> = seconds.iter().map(|s| (s.from_s, s.mapped, s.points)).collect();
+        assert_eq!(told, [(0.0, 1.0, 4.5), (1.0, 0.5, 14.5), (4.0, 0.0, 22.0)], "two seconds in which nothing was filmed are left out");
+    }
 
     #[test]
     fn a_result_reads_back_as_it_was_written() {

@@ -202,6 +202,7 @@ mod tests {
             solver: crate::result::SolverEntry::FivePoint,
             unit_sigma: 0.141,
             unit_evidence,
+            quality: Vec::new(),
         };
         assert_eq!(unit(&entry), "1 unit ≈ 1 m ± 14 %: camera 1.36 up, 1.85 steps a second");
         entry.unit_evidence.clear();

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use planwalk::figure::TrajectoryPicture;
 use planwalk::odometry::{Odometry, OdometryError, OdometryOptions, Solver};
-use planwalk::result::{OdometryEntry, SolverEntry};
+use planwalk::result::{OdometryEntry, SecondEntry, SolverEntry};
 use planwalk::types::{Camera, VideoFrame};
 use planwalk::words;
 
@@ -72,7 +72,8 @@ fn write(task: &mut Task, odometry: &Odometry, solver: &SolverName, name: &str) 
     task.timing.walk_s = seconds;
     let (frames, length, sightings) = (odometry.poses.len(), odometry.path.length(), odometry.sightings.len());
     let (unit_sigma, unit_evidence) = (odometry.unit.relative_sigma, odometry.unit.evidence.iter().map(Into::into).collect());
-    let entry = OdometryEntry { frames, seconds, length, sightings, solver, unit_sigma, unit_evidence };
+    let quality = SecondEntry::of(odometry);
+    let entry = OdometryEntry { frames, seconds, length, sightings, solver, unit_sigma, unit_evidence, quality };
     let unit = words::unit(&entry);
     task.result.odometry = Some(entry);
     task.result.gaps = odometry.gaps.iter().map(Into::into).collect();

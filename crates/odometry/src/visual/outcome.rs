@@ -67,7 +67,7 @@ pub struct FrameQuality {
     pub movers: f64,
     /// How fast points at a usual distance go by, the turn aside, radians/s.
     pub parallax_rad_s: f64,
-    /// Steepness of the picture at full size over that at a quarter: about 0.5 if sharp, 0.25 if smeared over ten pixels.
+    /// Steepness of the picture at full size over that at a quarter: 0.6 to 1 if sharp, half of that if smeared over ten pixels.
     pub sharpness: f64,
     /// Standard deviation of the direction of gravity, radians.
     pub tilt_sigma_rad: f64,

@@ -129,10 +129,9 @@ impl Map {
 
     /// Turns the keyframes from `oldest` on about this point; that the one before it stays is no error of what was seen between them.
     pub fn turn_about(&mut self, centre: &Vector3<f64>, turn: &UnitQuaternion<f64>, oldest: KeyframeId) {
-        if let Some(before) = oldest.0.checked_sub(1).and_then(|k| self.keyframes.get(k)).map(|k| k.pose.rotation) {
-            if let Some(first) = self.keyframes.get_mut(oldest.0) {
-                first.turn = before.inverse() * turn * before * first.turn;
-            }
+        let before = oldest.0.checked_sub(1).and_then(|k| self.keyframes.get(k)).map(|k| k.pose.rotation);
+        if let (Some(before), Some(first)) = (before, self.keyframes.get_mut(oldest.0)) {
+            first.turn = before.inverse() * turn * before * first.turn;
         }
         for keyframe in &mut self.keyframes[oldest.0..] {
             keyframe.pose.translation.vector = centre + turn * (keyframe.pose.translation.vector - centre);

@@ -182,6 +182,16 @@ mod tests {
     }
 
     #[test]
+    fn points_that_slipped_on_a_hand_before_the_lens_turn_nobody() {
+        for seed in 0..20 {
+            // One to three points, anywhere but where they were.
+            let wild = 1 + seed as usize % 3;
+            let fit = solve(&sights(seed, &Pose::identity(), wild, wild, 0.0, true), &PosePrior { sigma_turn_rad: 0.1, ..prior() }, 2e-3);
+            assert!(fit.pose.rotation.angle() < 0.5, "seed {seed}: turned by {} rad", fit.pose.rotation.angle());
+        }
+    }
+
+    #[test]
     fn a_fix_holds_the_rotation_where_nothing_is_seen_and_only_about_its_axes() {
         let told = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.1, 0.0));
         let information = nalgebra::Matrix3::from_diagonal(&Vector3::new(1e6, 0.0, 0.0));
