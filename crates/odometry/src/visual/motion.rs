@@ -18,7 +18,7 @@ pub(super) struct Motion {
 }
 
 /// Points under which a turn is a guess: what 1 to 4 points say of it, carried on, turns a camera by degrees a frame into the dark.
-const FEW: usize = 8;
+pub(super) const FEW: usize = 8;
 /// Seconds in which a turn that nothing confirms dies away: heads stop within half a second.
 const TURN_LASTS_S: f64 = 0.1;
 /// Seconds in which a walk that nothing confirms dies away.
@@ -41,13 +41,14 @@ impl Motion {
         (self.velocity, self.turn_rate, self.stamp) = (Vector3::zeros(), Vector3::zeros(), stamp);
     }
 
-    /// Velocity from the last pose to this one; where few points or none say it, it dies away.
-    pub fn go_on(&mut self, stamp: Stamp, now: Pose, state: TrackingState, inliers: usize) {
+    /// Velocity from the last pose to this one; where few points or none say it, it dies away, and so does the turn where neither
+    /// points nor the picture as a whole say it.
+    pub fn go_on(&mut self, stamp: Stamp, now: Pose, state: TrackingState, turn_known: bool) {
         let seconds = stamp.secs_since(self.stamp).max(1e-3);
         let (turn_before, last) = (self.turn_rate, self.pose);
         self.velocity = (now.translation.vector - last.translation.vector) / seconds;
         self.turn_rate = (last.rotation.inverse() * now.rotation).scaled_axis() / seconds;
-        if inliers < FEW {
+        if !turn_known {
             self.turn_rate = turn_before * libm::exp(-seconds / TURN_LASTS_S);
         }
         if state == TrackingState::Propagated {

@@ -32,6 +32,16 @@ const LEVELS: usize = 4;
 /// Correlation over which two small pictures show the same.
 const ALIKE: f64 = 0.85;
 
+/// A turn from one frame to the next that is more than a glance begins or ends with: 4°.
+const FAST_TURN_RAD: f64 = 0.07;
+
+/// Turns from which the pictures are aligned: the expected one, and none; a head in the middle of a glance speeds up or slows down by
+/// more than what one guess can find.
+fn guesses(expected: &UnitQuaternion<f64>) -> Vec<UnitQuaternion<f64>> {
+    let shares: &[f64] = if expected.angle() > FAST_TURN_RAD { &[1.0, 0.0, 0.5, 1.5, 2.0] } else { &[1.0, 0.0] };
+    shares.iter().map(|share| UnitQuaternion::from_scaled_axis(expected.scaled_axis() * *share)).collect()
+}
+
 /// Follows points; holds the last frame only.
 #[derive(Debug)]
 pub struct Tracker {
@@ -67,8 +77,7 @@ impl Tracker {
     ) {
         let next = Pyramid::new(image, LEVELS);
         let small = SmallPicture::new(&next.levels[next.levels.len() - 1], image.width());
-        let guesses = [expected_turn, UnitQuaternion::identity()];
-        let turn = self.last.as_ref().and_then(|(_, last)| turn::align(&self.camera, last, &small, &guesses));
+        let turn = self.last.as_ref().and_then(|(_, last)| turn::align(&self.camera, last, &small, &guesses(&expected_turn)));
         self.likeness = turn.map(|t| t.correlation);
         let mut predict = predict(turn.filter(|t| t.correlation > ALIKE).map(|t| t.now_from_last));
         if let Some((last, _)) = &self.last {

@@ -21,7 +21,7 @@ use crate::visual::begin::Beginning;
 use crate::visual::compass::Compass;
 use crate::visual::lines::Edge;
 use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, pose};
-use crate::visual::motion::Motion;
+use crate::visual::motion::{FEW, Motion};
 use crate::visual::outcome::{FrameQuality, FrameReport, Odometry, OdometryError, gaps};
 use crate::visual::posed::{Posed, place};
 use crate::visual::repeat::Repeats;
@@ -85,6 +85,8 @@ const LEAP: f64 = 3.0;
 /// rooms are alike.)
 const CUT_LIKENESS: f64 = 0.75;
 const CUT_POINTS: usize = 30;
+/// A head that turns faster than this may leave all behind by itself from one frame to the next.
+const CUT_TURN_RAD_S: f64 = 1.0;
 const CUT_FOLLOWED: f64 = 0.1;
 /// A keyframe's rotation is as the building's edges say within this.
 const SOUND_RAD: f64 = 0.05;
@@ -257,7 +259,7 @@ impl VisualOdometry {
         self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers, repeat: false, quality, blind });
         self.drop_movers();
         if let Stage::Tracking(motion) = &mut self.stage {
-            motion.go_on(stamp, fit.pose, state, inliers);
+            motion.go_on(stamp, fit.pose, state, inliers >= FEW);
         }
         let fix = self.steer(edges, &fit.pose.rotation, inliers);
         let Stage::Tracking(Motion { pose: now, .. }) = self.stage else { return };
@@ -268,9 +270,13 @@ impl VisualOdometry {
 
     /// Whether the newest picture has nothing in common with the one before it, though both show enough to follow.
     fn is_cut(&self, points_before: usize) -> bool {
+        let Stage::Tracking(motion) = &self.stage else { return false };
         let followed = self.tracker.tracks().len();
         let unlike = self.tracker.likeness().is_some_and(|likeness| likeness < CUT_LIKENESS);
-        unlike && points_before >= CUT_POINTS && (followed as f64) < CUT_FOLLOWED * points_before as f64
+        unlike
+            && motion.turn_rate.norm() < CUT_TURN_RAD_S
+            && points_before >= CUT_POINTS
+            && (followed as f64) < CUT_FOLLOWED * points_before as f64
     }
 
     /// Goes on after a cut: same path, same map's frame, but nothing that was followed is there any more.
