@@ -31,6 +31,11 @@ pub(super) fn outlines(planes: &Planes, is_ink: &[bool], is_left_out: impl Fn(us
     lines
 }
 
+/// What is no brighter than this is darker than every fill, by as much as lines are; `None` where there are no fills.
+pub(super) fn darkest(planes: &Planes) -> Option<u8> {
+    fills(planes).iter().map(|fill| fill.brightness.saturating_sub(DARKER)).min()
+}
+
 /// A hue at a brightness.
 struct Fill {
     hue: u8,

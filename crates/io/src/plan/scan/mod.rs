@@ -1,6 +1,6 @@
 //! What of a picture's ink was built? Words, signs and open doors are told from walls, and colours from ink.
 //!
-//! ink ─▶ [`blobs`] ─▶ without letters ([`text`]) and signs ([`tint`]) ─▶ with outlines of pale fills ([`fills`]) ─▶ without curls and
+//! ink ─▶ [`blobs`] ─▶ without letters ([`text`]) and signs ([`tint`]) ─▶ with outlines of pale fills ([`fills`]), also under words ([`under`]) ─▶ without curls and
 //! specks of a thin pen ([`strokes`]) ─▶ coloured doors ([`tint`]) and doors that stand open ([`swing`]) as ways through ─▶ [`Cell`]s
 //!
 //! Pitfall: a wall that is missing costs more than a chair that is left in. What touches a wall stays, unless it is a door's leaf and
@@ -9,17 +9,20 @@
 mod blobs;
 mod fills;
 pub(super) mod light;
+mod strip;
 mod strokes;
 mod swing;
 mod text;
 pub(super) mod tilt;
 mod tint;
+mod under;
 
 use planwalk_types::Cell;
 
 use blobs::Blobs;
 pub(super) use blobs::for_runs;
 pub(super) use tint::Planes;
+use under::Under;
 
 /// Edges of letters are blurred this far, pixels.
 const BLUR_PX: usize = 2;
@@ -92,5 +95,13 @@ fn outline_fills(planes: &Planes, is_ink: &mut [bool], found: &Blobs, is_note: i
     }
     let lines = fills::outlines(planes, is_ink, |place| is_word[place]);
     lines.iter().for_each(|place| is_ink[*place] = true);
+    let under = match fills::darkest(planes) {
+        Some(ground) if !lines.is_empty() => {
+            Under { width: planes.width, is_line: is_ink, is_word: &is_word }.lines(|place| planes.brightness[place] <= ground)
+        }
+        _ => Vec::new(),
+    };
+    under.iter().for_each(|place| is_ink[*place] = true);
     tell(notes, lines.len(), "pixel", "pixels", "of outlines around pale areas taken for walls");
+    tell(notes, under.len(), "pixel", "pixels", "of such outlines followed under words");
 }

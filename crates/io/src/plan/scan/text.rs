@@ -4,6 +4,7 @@
 //! what stands farther from its neighbours than letters do, as pillars and the dashes of a line.
 
 use super::blobs::{Blob, Blobs};
+use super::strip::Strip;
 
 /// Lower letters than this, in pixels, are too coarse to be told from the noise of a robot's map.
 const LEAST_PX: u32 = 5;
@@ -38,12 +39,22 @@ pub(super) fn letters(found: &Blobs, size_px: [usize; 2], metres_per_pixel: f64)
     let side = size_px[0].max(size_px[1]) as f64;
     let largest = (LARGEST_M / metres_per_pixel).max(SMALL_PX).min(LARGEST_SHARE * side).max(f64::from(LEAST_PX)) as u32;
     let mut is_letter = vec![false; found.blobs.len()];
+    let lists = found.by_blob();
+    let strip = |glyph: &Glyph| Strip::of(lists[glyph.blob].iter().map(|i| found.runs[*i as usize]));
+    // What an oblique line leaves above the threshold stands in a row, too.
+    let is_dash = |glyph: &Glyph| {
+        let strip = strip(glyph);
+        strip.is_bar() && strip.is_oblique()
+    };
     for axis in [0, 1] {
         let glyphs = glyphs(&found.blobs, axis, largest);
         if glyphs.len() > GLYPH_LIMIT {
             continue;
         }
-        let (written, short): (Vec<_>, Vec<_>) = words(&glyphs).into_iter().partition(|word| is_written(word.iter().map(|i| &glyphs[*i])));
+        let (written, short): (Vec<_>, Vec<_>) = words(&glyphs)
+            .into_iter()
+            .filter(|word| word.len() < 2 || !word.iter().all(|i| is_dash(&glyphs[*i])))
+            .partition(|word| is_written(word.iter().map(|i| &glyphs[*i])));
         written.iter().flatten().for_each(|i| is_letter[glyphs[*i].blob] = true);
         // What is as high as the letters of these words, or as other pairs, is a number of two figures or the end of a word.
         let strokes: Vec<Vec<usize>> =
@@ -112,7 +123,7 @@ fn glyphs(blobs: &[Blob], axis: usize, largest: u32) -> Vec<Glyph> {
         let strokes = match axis {
             0 => f64::from(b.runs) / f64::from(size[1]),
             // Along columns the runs of rows say little; the ink says as much: half of a word's box.
-            _ if fill <= RUN_TOGETHER => f64::from(length) * fill / 3.0,
+            _ if fill <= RUN_TOGETHER && b.is_closed() => f64::from(length) * fill / 3.0,
             _ => 1.0,
         };
         // Words that run together are longer than letters; other long pieces are walls between doors, which stand in rows too.
@@ -237,6 +248,22 @@ mod tests {
             sheet.rect([66 + 80 * i, 210, 74 + 80 * i, 242]);
         }
         assert_eq!(sheet.letters().0, 0);
+    }
+
+    #[test]
+    fn dashes_of_an_oblique_line_are_no_letters() {
+        // What a thin grey line leaves above the threshold: four pixels of each five, a step aside now and then; steep, slanted, flat.
+        for (run, rise) in [(1, 6), (1, 2), (1, 1), (3, 1)] {
+            let mut sheet = Sheet::new(400, 300);
+            for i in 0..80 {
+                // Dashes of 8 px with gaps of 2 px, two pixels thick.
+                let (u, v) = (40 + i * run, 20 + i * rise);
+                if i % 10 < 8 && u < 398 && v + rise < 298 {
+                    sheet.rect([u, v, u + run + 1, v + rise]);
+                }
+            }
+            assert_eq!(sheet.letters().0, 0, "{run}:{rise}");
+        }
     }
 
     #[test]
