@@ -3,7 +3,7 @@
 //! Letters that touch a wall are of one piece with it and stay. So does all that could be built: what is solid, what stands alone, and
 //! what stands farther from its neighbours than letters do, as pillars and the dashes of a line.
 
-use super::blobs::{Blob, Blobs};
+use super::blobs::{Blob, Blobs, Run};
 use super::strip::Strip;
 
 /// Lower letters than this, in pixels, are too coarse to be told from the noise of a robot's map.
@@ -39,22 +39,15 @@ pub(super) fn letters(found: &Blobs, size_px: [usize; 2], metres_per_pixel: f64)
     let side = size_px[0].max(size_px[1]) as f64;
     let largest = (LARGEST_M / metres_per_pixel).max(SMALL_PX).min(LARGEST_SHARE * side).max(f64::from(LEAST_PX)) as u32;
     let mut is_letter = vec![false; found.blobs.len()];
-    let lists = found.by_blob();
-    let strip = |glyph: &Glyph| Strip::of(lists[glyph.blob].iter().map(|i| found.runs[*i as usize]));
-    // What an oblique line leaves above the threshold stands in a row, too.
-    let is_dash = |glyph: &Glyph| {
-        let strip = strip(glyph);
-        strip.is_bar() && strip.is_oblique()
-    };
     for axis in [0, 1] {
         let glyphs = glyphs(&found.blobs, axis, largest);
         if glyphs.len() > GLYPH_LIMIT {
             continue;
         }
-        let (written, short): (Vec<_>, Vec<_>) = words(&glyphs)
-            .into_iter()
-            .filter(|word| word.len() < 2 || !word.iter().all(|i| is_dash(&glyphs[*i])))
-            .partition(|word| is_written(word.iter().map(|i| &glyphs[*i])));
+        let mut words = words(&glyphs);
+        let is_dash = dashes(found, words.iter().filter(|word| word.len() > 1).flatten().map(|i| glyphs[*i].blob));
+        words.retain(|word| !word.iter().all(|i| is_dash[glyphs[*i].blob]));
+        let (written, short): (Vec<_>, Vec<_>) = words.into_iter().partition(|word| is_written(word.iter().map(|i| &glyphs[*i])));
         written.iter().flatten().for_each(|i| is_letter[glyphs[*i].blob] = true);
         // What is as high as the letters of these words, or as other pairs, is a number of two figures or the end of a word.
         let strokes: Vec<Vec<usize>> =
@@ -68,6 +61,19 @@ pub(super) fn letters(found: &Blobs, size_px: [usize; 2], metres_per_pixel: f64)
     }
     take_dots(found, &mut is_letter);
     is_letter
+}
+
+/// Which of some pieces are straight strokes that lean: what an oblique line leaves above the threshold stands in a row, too.
+fn dashes(found: &Blobs, pieces: impl Iterator<Item = usize>) -> Vec<bool> {
+    let mut is_dash = vec![false; found.blobs.len()];
+    pieces.for_each(|blob| is_dash[blob] = true);
+    let mut runs: Vec<Run> = found.runs_of(|blob| is_dash[blob]).copied().collect();
+    runs.sort_by_key(|run| run.blob);
+    for piece in runs.chunk_by(|a, b| a.blob == b.blob) {
+        let strip = Strip::of(piece.iter().copied());
+        is_dash[piece[0].blob as usize] = strip.is_bar() && strip.is_oblique();
+    }
+    is_dash
 }
 
 /// Dots and accents: what is smaller than a letter, within the box of one, or as near above or below it as an i's dot.

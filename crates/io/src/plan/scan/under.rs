@@ -20,8 +20,8 @@ const SHIFT: f64 = 0.5;
 const APART_PX: f64 = 4.0;
 /// No word hides a line for longer, pixels.
 const LONGEST_PX: usize = 200;
-/// More ends of lines at words are dots of a printer's grey.
-const END_LIMIT: usize = 100_000;
+/// More ends of lines at words are dots of a printer's grey: the fullest of three real maps has 3,619.
+const END_LIMIT: usize = 20_000;
 
 /// A picture, in which lines end at words.
 pub(super) struct Under<'a> {
@@ -107,11 +107,13 @@ impl Under<'_> {
             let along = steps as f64;
             let at = [from[0] + along * way[0] - off * way[1], from[1] + along * way[1] + off * way[0]];
             let Some(place) = self.place(at) else { break };
-            let Some(aside) = self.aside(at, way, |place| self.is_line[place] || (self.is_word[place] && is_dark(place))) else { break };
-            off += SHIFT * aside;
             // A line that a word meets at a flat angle runs beside it first.
-            ray.is_through = !self.is_word[place] && !ray.places.is_empty();
-            if ray.is_through {
+            let is_beyond = !self.is_word[place] && !ray.places.is_empty();
+            let is_line = |place: usize| self.is_line[place] || (self.is_word[place] && is_dark(place) && !is_beyond);
+            let Some(aside) = self.aside(at, way, is_line) else { break };
+            off += SHIFT * aside;
+            ray.is_through = is_beyond;
+            if is_beyond {
                 break;
             }
             ray.places.extend(self.is_word[place].then_some(place));
