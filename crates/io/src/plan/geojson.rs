@@ -3,7 +3,8 @@
 //! features ─▶ kind by a property (`type`, `category`, `feature_type`, `indoor`, `class` …) ─▶ storeys of
 //! elements in metres
 //!
-//! Lines of no known kind are walls; areas of none are left out, and a note tells their number. IMDF's `feature_type` stands beside
+//! Lines of no known kind are walls, unless the collection calls itself one of routes; areas of none are left out, and a note tells their
+//! number. IMDF's `feature_type` stands beside
 //! the properties and is looked at first: an `opening` is a door.
 //! Pitfall: `null` geometries are common.
 
@@ -44,7 +45,8 @@ pub(super) fn read(text: &str, notes: &mut Vec<String>) -> Result<Building, Plan
         GeoJson::Geometry(geometry) => (vec![Feature::from(geometry)], None),
     };
     let (crs, in_metres) = members.as_ref().map_or((None, false), |m| (crs(m), member(m, "units").is_some_and(|u| u == "m")));
-    building(&features, crs.as_deref(), in_metres, notes)
+    let routes = members.as_ref().and_then(|m| member(m, "name")).filter(|name| kind::is_routes(name)).map(text::short);
+    building(&features, &Told { crs, in_metres, routes }, notes)
 }
 
 /// Whether a text is no larger than any plan.
@@ -60,14 +62,20 @@ pub(super) fn check_size(text: &str) -> Result<(), PlanFileError> {
     Ok(())
 }
 
-/// The building that these features are, in the coordinate system of this name.
-pub(super) fn building(
-    features: &[Feature],
-    crs: Option<&str>,
-    in_metres: bool,
-    notes: &mut Vec<String>,
-) -> Result<Building, PlanFileError> {
-    let mut found = Found::default();
+/// What a file says of all its features.
+#[derive(Default)]
+pub(super) struct Told {
+    /// Name of the coordinate system.
+    pub crs: Option<String>,
+    /// Whether it calls its numbers metres.
+    pub in_metres: bool,
+    /// What the collection is called, if that means that its lines are ways to walk.
+    pub routes: Option<String>,
+}
+
+/// The building that these features are.
+pub(super) fn building(features: &[Feature], told: &Told, notes: &mut Vec<String>) -> Result<Building, PlanFileError> {
+    let mut found = Found { routes: told.routes.clone(), ..Found::default() };
     for (number, feature) in (1..).zip(features) {
         found.take(number, feature);
     }
@@ -78,7 +86,7 @@ pub(super) fn building(
         return Err(PlanFileError::NothingKnown { features: features.len(), found: found.words() });
     }
     let points: Vec<Point> = found.elements.iter().flat_map(|e| e.element.form.points()).map(|p| [p.x, p.y]).collect();
-    let projection = Projection::of(crs, in_metres, &points, notes);
+    let projection = Projection::of(told.crs.as_deref(), told.in_metres, &points, notes);
     for point in found.elements.iter_mut().flat_map(|e| e.element.form.points_mut()) {
         let [x, y] = projection.metres([point.x, point.y]);
         *point = Pt2::new(x, y);
@@ -109,6 +117,8 @@ struct Found {
     unknown: BTreeMap<String, usize>,
     passed: usize,
     bare_lines: usize,
+    /// What the collection is called if its bare lines are ways to walk, and no walls.
+    routes: Option<String>,
     storeys: BTreeMap<String, Storey>,
     /// IMDF: storeys of each feature that is drawn, and the features that a relationship leads through.
     storeys_of: BTreeMap<String, Vec<String>>,
@@ -169,7 +179,7 @@ impl Found {
             (_, Some(Meaning::Part(kind))) => Some((kind, true)),
             (Form::Line(_), None) => {
                 self.bare_lines += 1;
-                Some((ElementKind::Wall, true))
+                self.routes.is_none().then_some((ElementKind::Wall, true))
             }
             (_, None) => {
                 let word = words.first().map_or_else(|| "nothing".to_owned(), |word| format!("\"{}\"", text::short(word)));
@@ -232,7 +242,14 @@ impl Found {
             // Writing to a string does not fail.
             let _ = write!(told, "{}{count} of {word}", if told.is_empty() { "" } else { ", " });
         }
-        if told.is_empty() { "no areas or lines".to_owned() } else { told }
+        match &self.routes {
+            Some(name) if self.bare_lines > 0 => {
+                let _ = write!(told, "{}{} lines that \"{name}\" calls routes", if told.is_empty() { "" } else { ", " }, self.bare_lines);
+                told
+            }
+            _ if told.is_empty() => "no areas or lines".to_owned(),
+            _ => told,
+        }
     }
 
     fn tell(&self, features: usize, notes: &mut Vec<String>) {
@@ -243,7 +260,10 @@ impl Found {
             notes.push(format!("areas of no known kind are left out: {}", self.words()));
         }
         if self.bare_lines > 0 {
-            notes.push(format!("{} lines say nothing of what they are, and are taken as walls", self.bare_lines));
+            notes.push(match &self.routes {
+                None => format!("{} lines say nothing of what they are, and are taken as walls", self.bare_lines),
+                Some(name) => format!("{} lines say nothing of what they are, and are left out: \"{name}\" means routes", self.bare_lines),
+            });
         }
         if self.passed > 0 {
             notes.push(format!("{} shapes of furniture, labels, routes and the like are left out", self.passed));

@@ -49,7 +49,7 @@ pub(super) fn read(bytes: &[u8], notes: &mut Vec<String>) -> Result<Building, Pl
         return Err(refuse(format!("it holds no unit.geojson, opening.geojson or level.geojson, but {found}")));
     }
     // The format knows degrees only.
-    features::building(&all, Some("EPSG:4326"), false, notes)
+    features::building(&all, &features::Told { crs: Some("EPSG:4326".to_owned()), ..features::Told::default() }, notes)
 }
 
 /// Which type of feature a file of the archive holds; it may lie in a folder.

@@ -80,6 +80,12 @@ pub(super) fn of(word: &str) -> Option<Meaning> {
     contained.map(|(kind, _)| *kind).or_else(short).or_else(nearly)
 }
 
+/// Whether a layer's name says that its lines are ways to walk.
+pub(super) fn is_routes(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["route", "routing"].iter().any(|word| name.contains(word))
+}
+
 /// Whether one letter more, one less or another one makes the words equal.
 fn one_slip(a: &str, b: &str) -> bool {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());

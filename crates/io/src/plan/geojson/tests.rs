@@ -113,6 +113,18 @@ fn doors_as_points_open_their_wall() {
 }
 
 #[test]
+fn bare_lines_of_a_layer_of_routes_are_no_walls() {
+    // As a routing graph is handed on beside the plan: lines that say nothing, and a name of the whole.
+    let graph = collection("\"name\":\"UTM_Routing4OG\",", &[feature("{\"name\":null}", "LineString", "[[0,0],[3,0]]")]);
+    let error = read(&graph, &mut Vec::new()).unwrap_err().to_string();
+    assert!(error.contains("1 lines that \"UTM_Routing4OG\" calls routes"), "{error}");
+    // What says that it is a wall is one.
+    let (plan, notes) = drawn(&collection("\"name\":\"route_1OG\",", &flat()));
+    assert_eq!([plan.at(Pt2::new(1.0, 0.1)), plan.at(Pt2::new(4.01, 2.0))], [Cell::Wall, Cell::Free]);
+    assert!(notes.iter().any(|note| note.contains("1 lines say nothing of what they are, and are left out")), "{notes:?}");
+}
+
+#[test]
 fn what_is_no_plan_is_refused_with_a_remedy() {
     let error = |text: &str| read(text, &mut Vec::new()).unwrap_err().to_string();
     let nested =

@@ -46,6 +46,11 @@ impl Blob {
         [self.high[0] - self.low[0], self.high[1] - self.low[1]]
     }
 
+    /// Whether most rows cross it more than once, as they do what is drawn round, and most letters.
+    pub fn is_closed(&self) -> bool {
+        5 * self.runs >= 6 * self.size()[1]
+    }
+
     /// The longer of the two.
     pub fn reach(&self) -> u32 {
         self.size()[0].max(self.size()[1])

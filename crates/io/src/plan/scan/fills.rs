@@ -14,13 +14,13 @@ const DARKER: u8 = 40;
 const NEAR_PX: usize = 2;
 
 /// Places of lines around fills. `is_left_out`: letters and the like, with their edges.
-pub(super) fn outlines(planes: &Planes, is_ink: &[bool], is_left_out: impl Fn(usize) -> bool) -> Vec<usize> {
+pub(super) fn outlines(fills: &[Fill], planes: &Planes, is_ink: &[bool], is_left_out: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut lines = Vec::new();
-    for fill in fills(planes) {
+    for fill in fills {
         for (place, is_ink) in is_ink.iter().enumerate() {
             let hue = planes.hue[place];
             let is_of_it = hue == 0 || (hue + HUES + 1 - fill.hue) % HUES <= 2;
-            let is_dark = planes.brightness[place] <= fill.brightness.saturating_sub(DARKER);
+            let is_dark = planes.brightness[place] <= fill.line();
             if is_dark && is_of_it && !is_ink && !is_left_out(place) && fill.is_near(planes, place) {
                 lines.push(place);
             }
@@ -32,12 +32,17 @@ pub(super) fn outlines(planes: &Planes, is_ink: &[bool], is_left_out: impl Fn(us
 }
 
 /// A hue at a brightness.
-struct Fill {
+pub(super) struct Fill {
     hue: u8,
     brightness: u8,
 }
 
 impl Fill {
+    /// Lines around it are no brighter than this.
+    pub fn line(&self) -> u8 {
+        self.brightness.saturating_sub(DARKER)
+    }
+
     fn is_at(&self, planes: &Planes, place: usize) -> bool {
         planes.hue[place] == self.hue && planes.brightness[place].abs_diff(self.brightness) <= EVEN
     }
@@ -50,7 +55,7 @@ impl Fill {
 }
 
 /// Fills of the picture: pale ones; dark areas are ink.
-fn fills(planes: &Planes) -> Vec<Fill> {
+pub(super) fn fills(planes: &Planes) -> Vec<Fill> {
     let mut counts = vec![[0u64; 256]; usize::from(HUES) + 1];
     for (hue, brightness) in planes.hue.iter().zip(&planes.brightness) {
         counts[usize::from(*hue)][usize::from(*brightness)] += 1;
@@ -84,7 +89,7 @@ mod tests {
         if planes.hue.is_empty() {
             return 0;
         }
-        outlines(&planes, &vec![false; 100 * 100], |_| false).len()
+        outlines(&fills(&planes), &planes, &vec![false; 100 * 100], |_| false).len()
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What of a picture's ink was built? Words, signs and open doors are told from walls, and colours from ink.
 //!
-//! ink ─▶ [`blobs`] ─▶ without letters ([`text`]) and signs ([`tint`]) ─▶ with outlines of pale fills ([`fills`]) ─▶ without curls and
-//! specks of a thin pen ([`strokes`]) ─▶ coloured doors ([`tint`]) and doors that stand open ([`swing`]) as ways through ─▶ [`Cell`]s
+//! ink ─▶ [`blobs`] ─▶ without letters ([`text`]) and signs ([`tint`]) ─▶ with outlines of pale fills ([`fills`]), also under words
+//! ([`under`]) ─▶ without curls and specks of a thin pen ([`strokes`]) ─▶ coloured doors ([`tint`]) and doors that stand open ([`swing`])
+//! as ways through ─▶ [`Cell`]s
 //!
 //! Pitfall: a wall that is missing costs more than a chair that is left in. What touches a wall stays, unless it is a door's leaf and
 //! circle; the notes say what was left out.
@@ -9,17 +10,21 @@
 mod blobs;
 mod fills;
 pub(super) mod light;
+mod strip;
 mod strokes;
 mod swing;
 mod text;
 pub(super) mod tilt;
 mod tint;
+mod under;
 
 use planwalk_types::Cell;
 
 use blobs::Blobs;
 pub(super) use blobs::for_runs;
+use fills::Fill;
 pub(super) use tint::Planes;
+use under::Under;
 
 /// Edges of letters are blurred this far, pixels.
 const BLUR_PX: usize = 2;
@@ -90,7 +95,16 @@ fn outline_fills(planes: &Planes, is_ink: &mut [bool], found: &Blobs, is_note: i
         let columns = (run.start as usize).saturating_sub(BLUR_PX)..(run.end as usize + BLUR_PX).min(planes.width);
         rows.for_each(|row| is_word[row * planes.width + columns.start..row * planes.width + columns.end].fill(true));
     }
-    let lines = fills::outlines(planes, is_ink, |place| is_word[place]);
+    let fills = fills::fills(planes);
+    let Some(dark) = fills.iter().map(Fill::line).min() else { return };
+    let lines = fills::outlines(&fills, planes, is_ink, |place| is_word[place]);
+    if lines.is_empty() {
+        return;
+    }
     lines.iter().for_each(|place| is_ink[*place] = true);
+    // Under a word is whatever is darker than all fills, by as much as lines are.
+    let under = Under { width: planes.width, is_line: is_ink, is_word: &is_word }.lines(|place| planes.brightness[place] <= dark);
+    under.iter().for_each(|place| is_ink[*place] = true);
     tell(notes, lines.len(), "pixel", "pixels", "of outlines around pale areas taken for walls");
+    tell(notes, under.len(), "pixel", "pixels", "of such outlines followed under words");
 }

@@ -3,7 +3,8 @@
 //! Letters that touch a wall are of one piece with it and stay. So does all that could be built: what is solid, what stands alone, and
 //! what stands farther from its neighbours than letters do, as pillars and the dashes of a line.
 
-use super::blobs::{Blob, Blobs};
+use super::blobs::{Blob, Blobs, Run};
+use super::strip::Strip;
 
 /// Lower letters than this, in pixels, are too coarse to be told from the noise of a robot's map.
 const LEAST_PX: u32 = 5;
@@ -43,7 +44,10 @@ pub(super) fn letters(found: &Blobs, size_px: [usize; 2], metres_per_pixel: f64)
         if glyphs.len() > GLYPH_LIMIT {
             continue;
         }
-        let (written, short): (Vec<_>, Vec<_>) = words(&glyphs).into_iter().partition(|word| is_written(word.iter().map(|i| &glyphs[*i])));
+        let mut words = words(&glyphs);
+        let is_dash = dashes(found, words.iter().filter(|word| word.len() > 1).flatten().map(|i| glyphs[*i].blob));
+        words.retain(|word| !word.iter().all(|i| is_dash[glyphs[*i].blob]));
+        let (written, short): (Vec<_>, Vec<_>) = words.into_iter().partition(|word| is_written(word.iter().map(|i| &glyphs[*i])));
         written.iter().flatten().for_each(|i| is_letter[glyphs[*i].blob] = true);
         // What is as high as the letters of these words, or as other pairs, is a number of two figures or the end of a word.
         let strokes: Vec<Vec<usize>> =
@@ -57,6 +61,19 @@ pub(super) fn letters(found: &Blobs, size_px: [usize; 2], metres_per_pixel: f64)
     }
     take_dots(found, &mut is_letter);
     is_letter
+}
+
+/// Which of some pieces are straight strokes that lean: what an oblique line leaves above the threshold stands in a row, too.
+fn dashes(found: &Blobs, pieces: impl Iterator<Item = usize>) -> Vec<bool> {
+    let mut is_dash = vec![false; found.blobs.len()];
+    pieces.for_each(|blob| is_dash[blob] = true);
+    let mut runs: Vec<Run> = found.runs_of(|blob| is_dash[blob]).copied().collect();
+    runs.sort_by_key(|run| run.blob);
+    for piece in runs.chunk_by(|a, b| a.blob == b.blob) {
+        let strip = Strip::of(piece.iter().copied());
+        is_dash[piece[0].blob as usize] = strip.is_bar() && strip.is_oblique();
+    }
+    is_dash
 }
 
 /// Dots and accents: what is smaller than a letter, within the box of one, or as near above or below it as an i's dot.
@@ -112,7 +129,7 @@ fn glyphs(blobs: &[Blob], axis: usize, largest: u32) -> Vec<Glyph> {
         let strokes = match axis {
             0 => f64::from(b.runs) / f64::from(size[1]),
             // Along columns the runs of rows say little; the ink says as much: half of a word's box.
-            _ if fill <= RUN_TOGETHER => f64::from(length) * fill / 3.0,
+            _ if fill <= RUN_TOGETHER && b.is_closed() => f64::from(length) * fill / 3.0,
             _ => 1.0,
         };
         // Words that run together are longer than letters; other long pieces are walls between doors, which stand in rows too.
@@ -237,6 +254,22 @@ mod tests {
             sheet.rect([66 + 80 * i, 210, 74 + 80 * i, 242]);
         }
         assert_eq!(sheet.letters().0, 0);
+    }
+
+    #[test]
+    fn dashes_of_an_oblique_line_are_no_letters() {
+        // What a thin grey line leaves above the threshold: four pixels of each five, a step aside now and then; steep, slanted, flat.
+        for (run, rise) in [(1, 6), (1, 2), (1, 1), (3, 1)] {
+            let mut sheet = Sheet::new(400, 300);
+            for i in 0..80 {
+                // Dashes of 8 px with gaps of 2 px, two pixels thick.
+                let (u, v) = (40 + i * run, 20 + i * rise);
+                if i % 10 < 8 && u < 398 && v + rise < 298 {
+                    sheet.rect([u, v, u + run + 1, v + rise]);
+                }
+            }
+            assert_eq!(sheet.letters().0, 0, "{run}:{rise}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 use image::DynamicImage;
 
 use super::blobs::{Blob, Blobs, Run};
+use super::strip::Strip;
 
 /// Brightest and darkest channel of a colour differ by this much, of 255; less is grey that a scanner or JPEG has tinged.
 const LEAST_CHROMA: u8 = 32;
@@ -30,6 +31,8 @@ const COARSEST_M: f64 = 0.1;
 const SIGN_SHARE: f64 = 0.05;
 /// Its ink runs along its box by no more than this share of the box's sides: stars and discs touch them, rooms run along them.
 const SIGN_SIDES: f64 = 0.4;
+/// A sign is drawn round; what is not may be a letter up to this size, pixels, else it is a dash of a line.
+const STROKE_PX: u32 = 16;
 
 /// A picture as two planes, row by row from the top.
 pub(in crate::plan) struct Planes {
@@ -121,13 +124,13 @@ pub(super) fn doors(planes: &Planes, is_ink: &[bool], metres_per_pixel: f64) -> 
         let Some(found) = Blobs::of(planes.hue.len(), planes.width, is_near) else { continue };
         let largest = (*DOOR_M.end() / metres_per_pixel).ceil() as u32 + 2;
         let fits = |blob: &Blob| blob.reach() <= largest && f64::from(blob.reach()) * metres_per_pixel >= 0.7 * DOOR_M.start();
-        for (blob, runs) in found.by_blob().into_iter().enumerate().filter(|(blob, _)| fits(&found.blobs[*blob])) {
+        for (_, runs) in found.by_blob().into_iter().enumerate().filter(|(blob, _)| fits(&found.blobs[*blob])) {
             let runs: Vec<Run> = runs.iter().map(|i| found.runs[*i as usize]).collect();
             // A colour between two sectors is met twice.
             let is_met = |door: &Vec<Run>| {
                 door.first().zip(runs.first()).is_some_and(|(a, b)| a.row.abs_diff(b.row) <= 1 && a.start.abs_diff(b.start) <= 2)
             };
-            if !doors.iter().any(is_met) && Strip::of(&runs, found.blobs[blob].area).is_door(planes, is_ink, metres_per_pixel) {
+            if !doors.iter().any(is_met) && Strip::of(runs.iter().copied()).is_door(planes, is_ink, metres_per_pixel) {
                 doors.push(runs);
             }
         }
@@ -135,39 +138,7 @@ pub(super) fn doors(planes: &Planes, is_ink: &[bool], metres_per_pixel: f64) -> 
     doors
 }
 
-/// The rectangle with the moments of some pixels.
-struct Strip {
-    centre: [f64; 2],
-    /// Unit, along its longer side.
-    way: [f64; 2],
-    length: f64,
-    thickness: f64,
-    area: f64,
-}
-
 impl Strip {
-    fn of(runs: &[Run], area: u64) -> Self {
-        let (mut sum, mut squares) = ([0.0; 2], [0.0; 3]);
-        for run in runs {
-            let v = f64::from(run.row) + 0.5;
-            for u in (run.start..run.end).map(|u| f64::from(u) + 0.5) {
-                sum = [sum[0] + u, sum[1] + v];
-                squares = [squares[0] + u * u, squares[1] + u * v, squares[2] + v * v];
-            }
-        }
-        let n = area.max(1) as f64;
-        let centre = sum.map(|s| s / n);
-        // A pixel is no point: it spreads over its square.
-        let spread = 1.0 / 12.0;
-        let (uu, vv) = (squares[0] / n - centre[0] * centre[0] + spread, squares[2] / n - centre[1] * centre[1] + spread);
-        let uv = squares[1] / n - centre[0] * centre[1];
-        let angle = 0.5 * libm::atan2(2.0 * uv, uu - vv);
-        let root = (0.25 * (uu - vv).powi(2) + uv * uv).sqrt();
-        let (along, across) = (0.5 * (uu + vv) + root, (0.5 * (uu + vv) - root).max(spread));
-        let side = |variance: f64| (12.0 * variance).sqrt();
-        Self { centre, way: [libm::cos(angle), libm::sin(angle)], length: side(along), thickness: side(across), area: n }
-    }
-
     /// Whether it is as long and thick as doors are, straight, full, and ends at ink on both sides.
     fn is_door(&self, planes: &Planes, is_ink: &[bool], metres_per_pixel: f64) -> bool {
         let is_strip = DOOR_M.contains(&(self.length * metres_per_pixel))
@@ -191,7 +162,7 @@ impl Strip {
     }
 }
 
-/// Pieces of ink that are the outline of a coloured sign: a star, a disc, an arrow.
+/// Pieces of ink that are the outline of a coloured sign: a star, a disc, an arrow. A stroke that is none of a letter is a piece of a line.
 pub(super) fn signs(planes: &Planes, found: &Blobs) -> Vec<bool> {
     let mut is_sign = vec![false; found.blobs.len()];
     if planes.hue.is_empty() {
@@ -215,7 +186,9 @@ pub(super) fn signs(planes: &Planes, found: &Blobs) -> Vec<bool> {
             coloured += planes.hue[start + b.low[0] as usize..start + b.high[0] as usize].iter().filter(|hue| **hue > 0).count();
         }
         let open = (u64::from(columns) * u64::from(rows)).saturating_sub(b.area);
-        is_sign[blob] = f64::from(on_sides) <= SIGN_SIDES * f64::from(2 * (columns + rows)) && 4 * coloured as u64 >= open;
+        is_sign[blob] = f64::from(on_sides) <= SIGN_SIDES * f64::from(2 * (columns + rows))
+            && 4 * coloured as u64 >= open
+            && (b.is_closed() || b.reach() <= STROKE_PX && !Strip::of(runs()).is_bar());
     }
     is_sign
 }
@@ -223,6 +196,18 @@ pub(super) fn signs(planes: &Planes, found: &Blobs) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_star_on_a_fill_is_a_sign_and_a_dash_of_the_fills_outline_is_none() {
+        // On pale blue: a ring; and a long slanted stroke, two pixels thick, as a dark outline leaves them.
+        let is_ring = |u: f64, v: f64| (libm::hypot(u - 40.0, v - 40.0) - 15.0).abs() < 1.0;
+        let is_dash = |u: f64, v: f64| (100.0..112.0).contains(&v) && (u - 100.0 - 0.5 * (v - 100.0)).abs() <= 1.0;
+        let is_drawn = |u: u32, v: u32| is_ring(f64::from(u), f64::from(v)) || is_dash(f64::from(u), f64::from(v));
+        let picture = image::RgbImage::from_fn(800, 200, |u, v| image::Rgb(if is_drawn(u, v) { [20, 30, 30] } else { [195, 235, 245] }));
+        let planes = Planes::of(picture.into());
+        let found = Blobs::of(planes.brightness.len(), planes.width, |i| planes.brightness[i] < 128).unwrap();
+        assert_eq!(signs(&planes, &found), [true, false]);
+    }
 
     #[test]
     fn pictures_of_16_bits_are_those_of_8_bits() {
