@@ -7,7 +7,7 @@ use super::corners::{self, CornerOptions};
 use super::image::Pyramid;
 use super::klt::{self, KltOptions};
 use super::lines::{self, Edge};
-use super::turn::{self, SmallPicture};
+use super::turn::{self, SmallPicture, Turn};
 use super::view::View;
 
 /// A point followed through the video.
@@ -35,11 +35,15 @@ const ALIKE: f64 = 0.85;
 /// A turn from one frame to the next that is more than a glance begins or ends with: 4°.
 const FAST_TURN_RAD: f64 = 0.07;
 
-/// Turns from which the pictures are aligned: the expected one, and none; a head in the middle of a glance speeds up or slows down by
-/// more than what one guess can find.
-fn guesses(expected: &UnitQuaternion<f64>) -> Vec<UnitQuaternion<f64>> {
-    let shares: &[f64] = if expected.angle() > FAST_TURN_RAD { &[1.0, 0.0, 0.5, 1.5, 2.0] } else { &[1.0, 0.0] };
-    shares.iter().map(|share| UnitQuaternion::from_scaled_axis(expected.scaled_axis() * *share)).collect()
+/// The turn from the last picture to this one. A head in the middle of a glance speeds up or slows down by more than what is found
+/// from the expected turn: where neither that nor none aligns the pictures, shares of it are tried.
+fn turned(camera: &Camera, last: &SmallPicture, now: &SmallPicture, expected: &UnitQuaternion<f64>) -> Option<Turn> {
+    let usual = turn::align(camera, last, now, &[*expected, UnitQuaternion::identity()]);
+    if usual.is_some_and(|t| t.correlation > ALIKE) || expected.angle() < FAST_TURN_RAD {
+        return usual;
+    }
+    let shares = [0.5, 1.5, 2.0].map(|share| UnitQuaternion::from_scaled_axis(expected.scaled_axis() * share));
+    turn::align(camera, last, now, &shares).into_iter().chain(usual).max_by(|a, b| a.correlation.total_cmp(&b.correlation))
 }
 
 /// Follows points; holds the last frame only.
@@ -77,7 +81,7 @@ impl Tracker {
     ) {
         let next = Pyramid::new(image, LEVELS);
         let small = SmallPicture::new(&next.levels[next.levels.len() - 1], image.width());
-        let turn = self.last.as_ref().and_then(|(_, last)| turn::align(&self.camera, last, &small, &guesses(&expected_turn)));
+        let turn = self.last.as_ref().and_then(|(_, last)| turned(&self.camera, last, &small, &expected_turn));
         self.likeness = turn.map(|t| t.correlation);
         let mut predict = predict(turn.filter(|t| t.correlation > ALIKE).map(|t| t.now_from_last));
         if let Some((last, _)) = &self.last {
