@@ -95,4 +95,33 @@ mod tests {
         // A third of the way from 0 s to 3 s, to round-off.
         assert!(x.iter().zip([0.0, 2.0, 6.0, 6.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{x:?}");
     }
+
+    #[test]
+    fn a_gap_is_bridged_between_what_was_seen_but_neither_a_long_one_nor_a_cut() {
+        use TrackingState::{Cut, Mapped, Propagated, RotationOnly};
+        let placed = |frames: &[(f64, f64, TrackingState)]| -> Vec<f64> {
+            let posed: Vec<Posed> = frames
+                .iter()
+                .map(|(seconds, x, state)| Posed {
+                    stamp: Stamp((seconds * 1e9) as i64),
+                    reference: None,
+                    reference_from_camera: Pose::translation(*x, 0.0, 0.0),
+                    state: *state,
+                    inliers: 0,
+                    repeat: false,
+                    quality: FrameQuality::default(),
+                    blind: None,
+                })
+                .collect();
+            place(&posed, &Map::default()).iter().map(|p| p.odom_from_camera.origin().coords.x).collect()
+        };
+        let near = |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);
+        // A guess that ran away, and came back when something was seen.
+        let gap = placed(&[(0.0, 0.0, Mapped), (0.5, 9.0, Propagated), (1.0, 20.0, RotationOnly), (2.0, 2.0, Mapped)]);
+        assert!(near(&gap, &[0.0, 0.5, 1.0, 2.0]), "{gap:?}");
+        let long = placed(&[(0.0, 0.0, Mapped), (1.5, 1.0, Propagated), (3.0, 2.5, Mapped)]);
+        assert!(near(&long, &[0.0, 1.0, 2.5]), "in three seconds a walk is no line: {long:?}");
+        let cut = placed(&[(0.0, 0.0, Mapped), (0.1, 0.1, Cut), (0.2, 5.0, Propagated), (0.3, 0.5, Mapped)]);
+        assert!(near(&cut, &[0.0, 0.1, 0.3, 0.5]), "{cut:?}");
+    }
 }

@@ -249,6 +249,9 @@ mod tests {
         assert_eq!(map.keyframes[0].pose, Pose::identity(), "what was right stays");
         assert!(map.keyframes[2].pose.rotation.angle() < 1e-12);
         assert_eq!(map.after_last_sound(0.05), KeyframeId(3), "all is sound now");
+        map.rescale_before(0.5, KeyframeId(2));
+        let x: Vec<f64> = map.keyframes.iter().map(|k| k.pose.translation.x).collect();
+        assert!((x[0] - 1.0).abs() < 1e-12 && (x[2] - 2.0).abs() < 1e-12, "what comes later stays, lengths before it halve: {x:?}");
     }
 
     #[test]
