@@ -11,10 +11,10 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::axes::{Axes, Fix};
 use super::lines::Edge;
+use super::track::FEW;
 use crate::upright::Upright;
 
-/// Points under which a frame's rotation is a guess, and under which it may be wrong for all that they say.
-const FEW: usize = 8;
+/// Points under which a frame's rotation may be wrong for all that they say.
 const WEAK: usize = 25;
 /// Squared Mahalanobis distance up to which odometry may have turned: 99 % of a 3-degree chi-square. The stripes of a poster agree
 /// on many a rotation.
@@ -93,10 +93,12 @@ impl Compass {
     /// How sure up is in the newest frame: standard deviation of its direction, radians.
     pub fn tilt_sigma_rad(&self) -> f64 {
         let Some(axes) = &self.axes else { return HELD_RAD };
-        // Turns about the vertical leave up where it is.
-        let up = axes.0[0];
-        let tilt = 0.5 * (self.covariance.trace() - (up.transpose() * self.covariance * up).x);
-        tilt.max(0.0).sqrt().min(HELD_RAD)
+        self.tilt_variance(&axes.0[0]).max(0.0).sqrt().min(HELD_RAD)
+    }
+
+    /// Variance of a tilt: turns about the vertical leave up where it is.
+    fn tilt_variance(&self, up: &Vector3<f64>) -> f64 {
+        0.5 * (self.covariance.trace() - (up.transpose() * self.covariance * up).x)
     }
 
     /// Takes in how a keyframe's camera was held.
@@ -165,8 +167,7 @@ impl Compass {
     fn drift(&mut self, variance: f64) {
         let up = self.up();
         let about = up * up.transpose();
-        let tilt = 0.5 * (self.covariance.trace() - (up.transpose() * self.covariance * up).x);
-        let tilt = variance.min((HELD_RAD * HELD_RAD - tilt).max(0.0));
+        let tilt = variance.min((HELD_RAD * HELD_RAD - self.tilt_variance(&up)).max(0.0));
         self.covariance += about * variance + (Matrix3::identity() - about) * tilt;
     }
 

@@ -5,6 +5,8 @@ use planwalk_types::{Stamp, TrackingState};
 
 use super::map::Pose;
 use super::map::pose::PosePrior;
+#[cfg(doc)]
+use super::track::FEW;
 
 /// Velocity of the camera: units and radians a second.
 #[derive(Debug, Clone, Copy)]
@@ -17,8 +19,6 @@ pub(super) struct Motion {
     pub usual_speed: f64,
 }
 
-/// Points under which a turn is a guess: what 1 to 4 points say of it, carried on, turns a camera by degrees a frame into the dark.
-pub(super) const FEW: usize = 8;
 /// Seconds in which a turn that nothing confirms dies away: heads stop within half a second.
 const TURN_LASTS_S: f64 = 0.1;
 /// Seconds in which a walk that nothing confirms dies away.
@@ -41,8 +41,8 @@ impl Motion {
         (self.velocity, self.turn_rate, self.stamp) = (Vector3::zeros(), Vector3::zeros(), stamp);
     }
 
-    /// Velocity from the last pose to this one; where few points or none say it, it dies away, and so does the turn where neither
-    /// points nor the picture as a whole say it.
+    /// Velocity from the last pose to this one; where nothing says it, it dies away, and so does the turn where fewer than [`FEW`]
+    /// points say it: that of the picture as a whole is a walk's parallax too, and must not be carried on.
     pub fn go_on(&mut self, stamp: Stamp, now: Pose, state: TrackingState, turn_known: bool) {
         let seconds = stamp.secs_since(self.stamp).max(1e-3);
         let (turn_before, last) = (self.turn_rate, self.pose);

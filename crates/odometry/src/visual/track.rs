@@ -27,6 +27,8 @@ pub struct Track {
     pub age: u32,
 }
 
+/// Points under which a turn is a guess: what 1 to 4 points say of it, carried on, turns a camera by degrees a frame into the dark.
+pub const FEW: usize = 8;
 /// Pyramid levels: with 4, a patch of 11 px sees motions of ±40 px at full size.
 const LEVELS: usize = 4;
 /// Correlation over which two small pictures show the same.
@@ -46,13 +48,21 @@ fn turned(camera: &Camera, last: &SmallPicture, now: &SmallPicture, expected: &U
     turn::align(camera, last, now, &shares).into_iter().chain(usual).max_by(|a, b| a.correlation.total_cmp(&b.correlation))
 }
 
+/// The newest picture.
+#[derive(Debug)]
+struct Seen {
+    pyramid: Pyramid,
+    small: SmallPicture,
+    view: View,
+}
+
 /// Follows points; holds the last frame only.
 #[derive(Debug)]
 pub struct Tracker {
     camera: Camera,
     corners: CornerOptions,
     klt: KltOptions,
-    last: Option<(Pyramid, SmallPicture)>,
+    last: Option<Seen>,
     tracks: Vec<Track>,
     next_id: u64,
     likeness: Option<f64>,
@@ -81,10 +91,10 @@ impl Tracker {
     ) {
         let next = Pyramid::new(image, LEVELS);
         let small = SmallPicture::new(&next.levels[next.levels.len() - 1], image.width());
-        let turn = self.last.as_ref().and_then(|(_, last)| turned(&self.camera, last, &small, &expected_turn));
+        let turn = self.last.as_ref().and_then(|last| turned(&self.camera, &last.small, &small, &expected_turn));
         self.likeness = turn.map(|t| t.correlation);
         let mut predict = predict(turn.filter(|t| t.correlation > ALIKE).map(|t| t.now_from_last));
-        if let Some((last, _)) = &self.last {
+        if let Some(Seen { pyramid: last, .. }) = &self.last {
             let mut kept = Vec::with_capacity(self.tracks.len());
             for track in &self.tracks {
                 let guess = predict(track).unwrap_or(track.pixel);
@@ -98,12 +108,12 @@ impl Tracker {
             self.tracks = kept;
             self.drop_crowded();
         }
-        self.last = Some((next, small));
+        self.last = Some(Seen { view: View::of(&next), pyramid: next, small });
     }
 
     /// How the newest picture is.
     pub fn view(&self) -> Option<View> {
-        self.last.as_ref().map(|(pyramid, _)| View::of(pyramid))
+        self.last.as_ref().map(|last| last.view)
     }
 
     /// Correlation of the newest two pictures after the turn that aligns them best; `None` of pictures that show too little to tell,
@@ -134,7 +144,7 @@ impl Tracker {
 
     /// Looks for new corners where no point is followed; returns the new tracks.
     pub fn replenish(&mut self) -> Vec<Track> {
-        let Some((last, _)) = &self.last else { return Vec::new() };
+        let Some(Seen { pyramid: last, .. }) = &self.last else { return Vec::new() };
         let taken: Vec<(f64, f64)> = self.tracks.iter().map(|t| t.pixel).collect();
         let found = corners::detect(&last.levels[0], &taken, &self.corners);
         let fresh: Vec<Track> = found
@@ -149,7 +159,7 @@ impl Tracker {
 
     /// Straight edges of the newest picture, found at half its size.
     pub fn edges(&self) -> Vec<Edge> {
-        let Some((pyramid, _)) = &self.last else { return Vec::new() };
+        let Some(Seen { pyramid, .. }) = &self.last else { return Vec::new() };
         let level = pyramid.levels.get(1).unwrap_or(&pyramid.levels[0]);
         lines::edges(&self.camera, level, self.camera.width as f64 / level.width as f64)
     }

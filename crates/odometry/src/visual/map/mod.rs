@@ -63,8 +63,13 @@ pub struct Landmark {
 impl Landmark {
     /// Whether its distance is known well enough to measure translation by.
     pub fn has_depth(&self) -> bool {
-        self.sigma_rho < 0.35 * self.rho
+        knows_depth(self.rho, self.sigma_rho)
     }
+}
+
+/// Whether a distance is known well enough to measure translation by.
+pub fn knows_depth(rho: f64, sigma_rho: f64) -> bool {
+    sigma_rho < 0.35 * rho
 }
 
 /// Keyframes and landmarks.

@@ -20,12 +20,12 @@ use crate::visual::axes::Fix;
 use crate::visual::begin::Beginning;
 use crate::visual::compass::Compass;
 use crate::visual::lines::Edge;
-use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, pose};
-use crate::visual::motion::{FEW, Motion};
+use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, knows_depth, pose};
+use crate::visual::motion::Motion;
 use crate::visual::outcome::{FrameQuality, FrameReport, Odometry, OdometryError, gaps};
 use crate::visual::posed::{Posed, place};
 use crate::visual::repeat::Repeats;
-use crate::visual::track::{Track, TrackId, Tracker};
+use crate::visual::track::{FEW, Track, TrackId, Tracker};
 use crate::visual::two_view::rotation::median;
 use crate::visual::two_view::{RelativePoseOptions, Solver};
 use crate::visual::view::Views;
@@ -249,7 +249,7 @@ impl VisualOdometry {
         }
         let state = match (with_depth, inliers) {
             (10.., _) => TrackingState::Mapped,
-            (_, 8..) => TrackingState::RotationOnly,
+            (_, FEW..) => TrackingState::RotationOnly,
             _ if turn_seen => TrackingState::RotationOnly,
             _ => TrackingState::Propagated,
         };
@@ -311,7 +311,7 @@ impl VisualOdometry {
     /// How fast points at the usual distance go by when the camera goes from the last pose to this one.
     fn parallax_rad_s(&self, stamp: Stamp, now: &Pose, sights: &[pose::Sight]) -> f64 {
         let Stage::Tracking(motion) = &self.stage else { return 0.0 };
-        let rho = median(sights.iter().filter(|s| s.sigma_rho < 0.35 * s.rho).map(|s| s.rho).collect());
+        let rho = median(sights.iter().filter(|s| knows_depth(s.rho, s.sigma_rho)).map(|s| s.rho).collect());
         let way = (now.translation.vector - motion.pose.translation.vector).norm();
         way * rho / stamp.secs_since(motion.stamp).max(1e-3)
     }
@@ -357,7 +357,7 @@ impl VisualOdometry {
         if self.posed.len() < 2 {
             return Err(OdometryError::TooFewFrames { got: self.posed.len() });
         }
-        if self.most_tracks < 8 {
+        if self.most_tracks < FEW {
             return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
         }
         let up = self.compass.level().unwrap_or_else(|| ground::up(&place(&self.posed, &self.map)));

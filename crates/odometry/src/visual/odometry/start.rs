@@ -8,7 +8,7 @@ use crate::visual::begin::{EarlyFrame, FirstViews};
 use crate::visual::map::{self, Keyframe, KeyframeId, Landmark, Pose, pose};
 use crate::visual::motion::Motion;
 use crate::visual::posed::Posed;
-use crate::visual::track::TrackId;
+use crate::visual::track::{FEW, TrackId};
 
 impl VisualOdometry {
     /// No map yet: turns are followed; the first parallax begins the map.
@@ -17,7 +17,7 @@ impl VisualOdometry {
         let first = beginning.push(stamp, self.tracker.tracks());
         let rotation = beginning.frames().last().map_or_else(UnitQuaternion::identity, |f| f.rotation);
         let inliers = self.tracker.tracks().len();
-        let state = if inliers >= 8 { TrackingState::RotationOnly } else { TrackingState::Propagated };
+        let state = if inliers >= FEW { TrackingState::RotationOnly } else { TrackingState::Propagated };
         let reference_from_camera = Pose::from_parts(Vector3::zeros().into(), rotation);
         let (quality, blind) = self.quality(state, &[], 0.0);
         self.posed.push(Posed { stamp, reference: None, reference_from_camera, state, inliers, repeat: false, quality, blind });
