@@ -80,7 +80,8 @@ pub enum GraphSolver {
     /// Exact steps, damped: few of them from a good start, a wrong valley from a poor one.
     #[default]
     GaussNewton,
-    /// Stochastic gradient descent (Olson, Leonard & Teller 2006): near the minimum only, but from poor starts too.
+    /// Stochastic gradient descent (Olson, Leonard & Teller 2006), which comes near the minimum from poor starts too, and from there
+    /// [`GraphOptions::steps`] of Gauss–Newton. With no steps it is Olson's alone.
     Olson,
 }
 
@@ -89,7 +90,7 @@ pub enum GraphSolver {
 pub struct GraphOptions {
     /// Which solver.
     pub solver: GraphSolver,
-    /// Most steps of [`GraphSolver::GaussNewton`], those that were tried in vain included.
+    /// Most steps of Gauss–Newton, those that were tried in vain included.
     pub steps: usize,
     /// Passes of [`GraphSolver::Olson`] over all edges.
     pub passes: usize,
@@ -116,7 +117,7 @@ pub struct Solution {
     pub squared_before: f64,
     /// The same after; never more than before.
     pub squared_after: f64,
-    /// Steps or passes that were made.
+    /// Passes and steps that were made.
     pub iterations: usize,
     /// Squared Mahalanobis distance of each edge after, undiminished by any doubt; `None` for an edge that was left out: not made of
     /// numbers, not between two keyframes of the graph, or with an information that is none.
@@ -133,7 +134,11 @@ pub fn optimise(graph: &Graph, options: &GraphOptions) -> Solution {
     let squared_before = problem.squared(&start, 1.0);
     let (moved, iterations) = match options.solver {
         GraphSolver::GaussNewton => gauss_newton::descend(&problem, start.clone(), options.steps),
-        GraphSolver::Olson => olson::descend(&problem, &start, options.passes, options.seed),
+        GraphSolver::Olson => {
+            let (near, passes) = olson::descend(&problem, &start, options.passes, options.seed);
+            let (nodes, steps) = gauss_newton::descend(&problem, near, options.steps);
+            (nodes, passes + steps)
+        }
     };
     let squared_moved = problem.squared(&moved, 1.0);
     let (nodes, squared_after) = if squared_moved < squared_before { (moved, squared_moved) } else { (start, squared_before) };

@@ -14,7 +14,8 @@
 //! about must give the same answer. And an edge takes the share λ w Σ 1/M of what is missing, at most all of it, which is gradient
 //! descent preconditioned by M; his learning rate is relative to the weakest edge, and one weak edge lets all others leap.
 //!
-//! Pitfall: it comes near the minimum, not to it. From where it ends, [`super::GraphSolver::GaussNewton`] needs a few steps.
+//! Pitfall: it comes near the minimum, not to it, however long it goes on: a shift's error turns nobody here (nor in Olson's
+//! increments), though on a long loop it is headings that shift the far end. [`super::optimise`] therefore ends with Gauss–Newton.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Seed, Similarity, Tangent7};
@@ -28,9 +29,10 @@ use super::residual::residual;
 /// follow headings.
 const HALF_RATE_PASSES: f64 = 10.0;
 
-/// The best keyframes of so many passes, and the number of passes.
+/// The keyframes after so many passes, and the number of passes.
+///
+/// Not the best ones of all passes: among lies that are hardly believed a start that contradicts all loops may seem good.
 pub(super) fn descend(problem: &Problem<'_>, start: &[Similarity], passes: usize, seed: Seed) -> (Vec<Similarity>, usize) {
-    let mut best = (problem.squared(start, 1.0), start.to_vec());
     let mut walks: Vec<Walk<'_, '_>> = problem.groups.iter().map(|members| Walk::new(problem, members, start)).collect();
     let (first_widening, mut now) = (problem.first_widening(start), start.to_vec());
     for pass in 0..passes {
@@ -41,12 +43,8 @@ pub(super) fn descend(problem: &Problem<'_>, start: &[Similarity], passes: usize
         for walk in &mut walks {
             walk.pass(&mut now, rate, widening, seed, pass);
         }
-        let squared = problem.squared(&now, 1.0);
-        if squared < best.0 {
-            best = (squared, now.clone());
-        }
     }
-    (best.1, passes)
+    (now, passes)
 }
 
 /// What pulls on a walk: an edge between two of its keyframes, or what the building's edges say of one.

@@ -105,7 +105,10 @@ mod tests {
     #[test]
     fn an_unknown_scale_does_not_change_the_shift() {
         let shifted = |scale: f64| Similarity { scale, translation: Vector3::new(1.0, 0.2, 0.0), ..Similarity::identity() };
-        let (one, other) = (residual(&shifted(1.0), &Similarity::identity(), &shifted(1.0)), residual(&shifted(1.0), &Similarity::identity(), &shifted(9.0)));
+        let (one, other) = (
+            residual(&shifted(1.0), &Similarity::identity(), &shifted(1.0)),
+            residual(&shifted(1.0), &Similarity::identity(), &shifted(9.0)),
+        );
         assert_eq!(part(&one, 0), part(&other, 0));
     }
 }
