@@ -26,6 +26,7 @@ pub mod posterior;
 pub mod rigid;
 pub mod seed;
 pub mod sightings;
+pub mod similarity;
 pub mod space;
 pub mod time;
 
@@ -41,5 +42,6 @@ pub use posterior::{Estimate, Hypothesis, PlanPose, ScaleEstimate, Status};
 pub use rigid::{Rigid2, Rigid3, wrap_angle};
 pub use seed::{Seed, StreamRng};
 pub use sightings::Sighting;
+pub use similarity::{Similarity, Tangent7};
 pub use space::{Body, Cam, Odom, Plan, Pt2, Pt3};
 pub use time::Stamp;

@@ -5,6 +5,7 @@ pub mod axes;
 pub mod begin;
 pub mod compass;
 pub mod corners;
+pub mod graph;
 pub mod image;
 pub mod klt;
 pub mod lines;

@@ -2,7 +2,8 @@
 //!
 //! Least squares over positions (Umeyama 1991, eq. 34–43), as evo does it. Planar alignments look at x and y only.
 
-use nalgebra::{Isometry3, Matrix2, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix2, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use planwalk_types::Similarity;
 use serde::{Deserialize, Serialize};
 
 use super::EvaluateError;
@@ -46,31 +47,7 @@ impl std::fmt::Display for Alignment {
     }
 }
 
-/// `truth = rotation · scale · estimate + translation`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Similarity {
-    /// Truth's unit per unit of the estimate.
-    pub scale: f64,
-    /// Truth ← estimate.
-    pub rotation: UnitQuaternion<f64>,
-    /// Truth's unit.
-    pub translation: Vector3<f64>,
-}
-
-impl Similarity {
-    /// Leaves everything where it is.
-    pub fn identity() -> Self {
-        Self { scale: 1.0, rotation: UnitQuaternion::identity(), translation: Vector3::zeros() }
-    }
-
-    /// A pose of the estimate in the truth's frame.
-    pub fn apply(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
-        let at = self.rotation * (self.scale * pose.translation.vector) + self.translation;
-        Isometry3::from_parts(Translation3::from(at), self.rotation * pose.rotation)
-    }
-}
-
-/// Lays positions of an estimate over the true ones, pair by pair.
+/// Lays positions of an estimate over the true ones, pair by pair: `truth_from_estimate`.
 ///
 /// # Errors
 /// [`EvaluateError::Degenerate`] where the positions do not say how to turn (a point; for alignments in space also a line).

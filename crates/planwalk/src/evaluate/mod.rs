@@ -18,7 +18,7 @@ pub mod scale;
 pub mod statistics;
 pub mod words;
 
-pub use align::{Alignment, Similarity, align};
+pub use align::{Alignment, align};
 pub use associate::{AssociateOptions, Match, associate};
 pub use causal::{CausalScores, Convergence, KidnapScores, Stay};
 pub use curves::{Curves, Moment, curves};
