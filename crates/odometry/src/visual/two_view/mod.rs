@@ -8,11 +8,11 @@
 
 pub mod eight_point;
 pub mod epipolar;
-mod essential;
+pub(crate) mod essential;
 pub mod five_point;
 mod homography;
 mod judge;
-mod matches;
+pub(crate) mod matches;
 mod plausible;
 mod polynomial;
 mod relative;
