@@ -11,7 +11,7 @@ use std::process::ExitCode;
 const USAGE: &str = "usage:
   cargo xtask layers
       which crate may use which, and what the pure crates must not touch
-  cargo xtask two-view FILE.npz [--solver five-point|eight-point] [--json]
+  cargo xtask two-view FILE.npz [--solver five-point|eight-point|upright] [--up-noise DEGREES] [--json]
       how well and how fast the motion between two pictures is found, a scenario a row
   cargo xtask plans DIR... -o DIR [--options FILE] [--program target/release/planwalk]
       every plan under the folders, imported and drawn: index.html and pages of thumbnails;

@@ -12,6 +12,7 @@ pub mod upright;
 pub mod visual;
 
 pub use metres::{Cue, Evidence, MetricScale};
+pub use visual::focal::{FocalEstimate, LensSample};
 pub use visual::odometry::{OdometryOptions, VisualOdometry};
 pub use visual::outcome::{FrameQuality, FrameReport, Gap, Odometry, OdometryError};
 pub use visual::two_view::Solver;

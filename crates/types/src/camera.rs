@@ -45,6 +45,11 @@ pub enum IntrinsicsSource {
         /// Standard deviation of log focal length.
         relative_sigma: f64,
     },
+    /// Measured from the video itself, by straight edges and turns: the focal length has this relative standard deviation.
+    Measured {
+        /// Standard deviation of log focal length.
+        relative_sigma: f64,
+    },
 }
 
 /// A calibrated camera.

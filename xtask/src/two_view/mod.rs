@@ -14,19 +14,22 @@ use planwalk_odometry::Solver;
 use planwalk_odometry::visual::two_view::{RayPair, RelativePoseOptions, estimate_relative_pose};
 use planwalk_types::Seed;
 use problems::Problem;
+use rand::RngExt;
 use serde::Serialize;
 
 /// What is wanted.
 pub struct Wish {
     file: PathBuf,
     solver: Solver,
+    /// How far up is off in each picture, where the solver asks for it.
+    up_noise_deg: f64,
     json: bool,
 }
 
 impl Wish {
     /// From the words behind `two-view`.
     pub fn of(words: &[&str]) -> Result<Self, String> {
-        let (mut file, mut solver, mut json) = (None, Solver::FivePoint, false);
+        let (mut file, mut solver, mut up_noise_deg, mut json) = (None, Solver::FivePoint, 0.5, false);
         let mut words = words.iter();
         while let Some(word) = words.next() {
             match *word {
@@ -35,15 +38,22 @@ impl Wish {
                     solver = match words.next() {
                         Some(&"five-point") => Solver::FivePoint,
                         Some(&"eight-point") => Solver::EightPoint,
-                        other => return Err(format!("--solver is five-point or eight-point, not {other:?}")),
+                        Some(&"upright") => Solver::UprightThreePoint,
+                        other => return Err(format!("--solver is five-point, eight-point or upright, not {other:?}")),
                     }
                 }
-                option if option.starts_with('-') => return Err(format!("there is no option {option}; there are --solver and --json")),
+                "--up-noise" => {
+                    let degrees = words.next().and_then(|word| word.parse().ok()).filter(|degrees| (0.0..90.0).contains(degrees));
+                    up_noise_deg = degrees.ok_or("--up-noise is how far up is off, in degrees")?;
+                }
+                option if option.starts_with('-') => {
+                    return Err(format!("there is no option {option}; there are --solver, --up-noise and --json"));
+                }
                 path if file.is_none() => file = Some(PathBuf::from(path)),
                 more => return Err(format!("one file at a time: what is {more}?")),
             }
         }
-        Ok(Self { file: file.ok_or("give a file of problems: two-view FILE.npz")?, solver, json })
+        Ok(Self { file: file.ok_or("give a file of problems: two-view FILE.npz")?, solver, up_noise_deg, json })
     }
 }
 
@@ -74,7 +84,10 @@ pub fn run(wish: &Wish) -> Result<String, String> {
     let inverse = all.camera.try_inverse().ok_or("the camera K has no inverse")?;
     let focal_px = 0.5 * (all.camera[(0, 0)] + all.camera[(1, 1)]);
     let options = RelativePoseOptions { solver: wish.solver, ..RelativePoseOptions::for_focal(focal_px) };
-    let solve = |(i, problem): (usize, &Problem)| solve(problem, &inverse, &options, Seed(0).derive("two-view", i as u64));
+    let solve = |(i, problem): (usize, &Problem)| {
+        let ups = Some(ups(problem, wish.up_noise_deg, &mut Seed(0).derive("up", i as u64)));
+        solve(problem, &inverse, &RelativePoseOptions { ups, ..options }, Seed(0).derive("two-view", i as u64))
+    };
     let outcomes: Vec<Outcome> = all.problems.iter().enumerate().map(solve).collect();
     let rows: Vec<Row> = all.scenarios.iter().enumerate().filter_map(|(i, name)| row(name, i, &outcomes)).collect();
     if wish.json { serde_json::to_string_pretty(&rows).map_err(|why| why.to_string()) } else { Ok(table(&rows)) }
@@ -93,6 +106,18 @@ fn solve(problem: &Problem, inverse: &Matrix3<f64>, options: &RelativePoseOption
         turn.max(direction)
     });
     Outcome { scenario: problem.scenario, error_deg, cpu_ms }
+}
+
+/// Which way is up in both pictures: the files do not say how the cameras were held, so the first is upright and the true turn carries it
+/// over. Each is then tilted, any way, by an angle whose root mean square is this noise.
+fn ups(problem: &Problem, noise_deg: f64, rng: &mut planwalk_types::StreamRng) -> [Vector3<f64>; 2] {
+    [-Vector3::y(), problem.rotation * -Vector3::y()].map(|up| {
+        // A square of the tilt that is spread as that of two normal numbers (Rayleigh's).
+        let tilt = noise_deg.to_radians() * (-(1.0 - rng.random::<f64>()).ln()).sqrt();
+        let way = rng.random_range(0.0..std::f64::consts::TAU);
+        let level = up.cross(&Vector3::z()).normalize();
+        (up + tilt.tan() * (level * way.cos() + up.cross(&level) * way.sin())).normalize()
+    })
 }
 
 fn angle_deg(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
@@ -164,8 +189,11 @@ mod tests {
     #[test]
     fn what_is_not_understood_is_named() {
         assert!(Wish::of(&[]).is_err_and(|why| why.contains("FILE.npz")));
-        assert!(Wish::of(&["a.npz", "--solver", "magic"]).is_err_and(|why| why.contains("five-point or eight-point")));
+        assert!(Wish::of(&["a.npz", "--solver", "magic"]).is_err_and(|why| why.contains("five-point, eight-point or upright")));
         assert!(Wish::of(&["a.npz", "--fast"]).is_err_and(|why| why.contains("--fast")));
+        assert!(Wish::of(&["a.npz", "--up-noise", "much"]).is_err_and(|why| why.contains("degrees")));
+        let wish = Wish::of(&["a.npz", "--solver", "upright", "--up-noise", "1.5"]).unwrap();
+        assert!(wish.solver == Solver::UprightThreePoint && wish.up_noise_deg == 1.5);
         let wish = Wish::of(&["--json", "a.npz", "--solver", "eight-point"]).unwrap();
         assert!(wish.json && wish.solver == Solver::EightPoint);
     }

@@ -51,33 +51,50 @@ impl Edge {
     }
 }
 
+/// A straight edge where it is seen: its ends, pixels of the full size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// The ends.
+    pub ends: [Vector2<f64>; 2],
+    /// Noise of either across the segment, pixels.
+    pub sigma_px: f64,
+}
+
+impl Segment {
+    /// The plane that it spans with this camera; `None` of one that is a point there.
+    fn edge(&self, camera: &Camera) -> Option<Edge> {
+        let [a, b] = self.ends.map(|end| camera.ray(end.x, end.y));
+        Some(Edge {
+            normal: a.cross(&b).try_normalize(1e-6)?,
+            middle: (a + b).normalize(),
+            length: a.angle(&b),
+            sigma_rad: self.sigma_px / camera.focal_px(),
+        })
+    }
+}
+
 /// The straight edges of a level of the pyramid, whose pixels are `shrink` of the camera's wide.
 pub fn edges(camera: &Camera, level: &Level, shrink: f64) -> Vec<Edge> {
+    segments(level, shrink).iter().filter_map(|segment| segment.edge(camera)).collect()
+}
+
+/// The same as they are seen, whatever the camera.
+pub fn segments(level: &Level, shrink: f64) -> Vec<Segment> {
     let gradients = Gradients::of(level);
     let mut taken = vec![false; gradients.size.len()];
-    let mut edges = Vec::new();
+    let mut segments = Vec::new();
     let mut region = Vec::new();
     for seed in gradients.strongest_first() {
         if taken[seed as usize] {
             continue;
         }
         gradients.grow(seed, &mut taken, &mut region);
-        if let Some([a, b]) = gradients.segment(&region) {
-            edges.extend(edge(camera, a, b, shrink));
+        if let Some(ends) = gradients.segment(&region) {
+            let ends = ends.map(|p| (p + Vector2::repeat(0.5)) * shrink - Vector2::repeat(0.5));
+            segments.push(Segment { ends, sigma_px: END_NOISE * shrink });
         }
     }
-    edges
-}
-
-fn edge(camera: &Camera, a: Vector2<f64>, b: Vector2<f64>, shrink: f64) -> Option<Edge> {
-    let ray = |p: Vector2<f64>| camera.ray((p.x + 0.5) * shrink - 0.5, (p.y + 0.5) * shrink - 0.5);
-    let (a, b) = (ray(a), ray(b));
-    Some(Edge {
-        normal: a.cross(&b).try_normalize(1e-6)?,
-        middle: (a + b).normalize(),
-        length: a.angle(&b),
-        sigma_rad: END_NOISE * shrink / camera.focal_px(),
-    })
+    segments
 }
 
 /// Gradient between the pixels of a level: its size, and its direction as a unit vector.

@@ -1,10 +1,11 @@
 //! From pictures to camera poses: [`image`] ─▶ [`corners`] ─▶ [`track`] ─▶ [`two_view`] ─▶ [`map`]; [`lines`] ─▶ [`axes`] ─▶
-//! [`compass`] hold the rotation.
+//! [`compass`] hold the rotation; [`focal`] says how long the lens is where nobody does.
 
 pub mod axes;
 pub mod begin;
 pub mod compass;
 pub mod corners;
+pub mod focal;
 pub mod graph;
 pub mod image;
 pub mod klt;

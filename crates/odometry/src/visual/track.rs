@@ -4,9 +4,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Camera, GrayImage};
 
 use super::corners::{self, CornerOptions};
-use super::image::Pyramid;
+use super::image::{Level, Pyramid};
 use super::klt::{self, KltOptions};
-use super::lines::{self, Edge};
+use super::lines::{self, Edge, Segment};
 use super::turn::{self, SmallPicture, Turn};
 use super::view::View;
 
@@ -159,9 +159,19 @@ impl Tracker {
 
     /// Straight edges of the newest picture, found at half its size.
     pub fn edges(&self) -> Vec<Edge> {
-        let Some(Seen { pyramid, .. }) = &self.last else { return Vec::new() };
+        self.halved().map_or_else(Vec::new, |(level, shrink)| lines::edges(&self.camera, level, shrink))
+    }
+
+    /// The same as they are seen.
+    pub fn segments(&self) -> Vec<Segment> {
+        self.halved().map_or_else(Vec::new, |(level, shrink)| lines::segments(level, shrink))
+    }
+
+    /// The newest picture at half its size, and how many pixels one of it is wide.
+    fn halved(&self) -> Option<(&Level, f64)> {
+        let Seen { pyramid, .. } = self.last.as_ref()?;
         let level = pyramid.levels.get(1).unwrap_or(&pyramid.levels[0]);
-        lines::edges(&self.camera, level, self.camera.width as f64 / level.width as f64)
+        Some((level, self.camera.width as f64 / level.width as f64))
     }
 
     /// Stops following these.

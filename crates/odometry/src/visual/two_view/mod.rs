@@ -1,24 +1,25 @@
 //! How did the camera move between two pictures? Relative rotation and direction from rays alone.
 //!
-//! pairs of rays ─▶ [`matches`]: weights, likeliest first ─▶ `robust` search: [`five_point`] or [`eight_point`], homography, rotation
-//! ─▶ `relative`: which of them, polished
+//! pairs of rays ─▶ [`matches`]: weights, likeliest first ─▶ `robust` search: [`five_point`], [`eight_point`] or [`upright`], homography,
+//! rotation ─▶ `relative`: which of them, polished
 //!
 //! Convention: `b_from_a`: a point X in camera A is R·X + t in camera B, |t| = 1; E = \[t\]× R; b·E·a = 0.
 //! Pitfall: at low parallax any direction fits and a cheirality vote chooses at random: then it is [`Motion::TurnOnly`].
 
 pub mod eight_point;
 pub mod epipolar;
-mod essential;
+pub(crate) mod essential;
 pub mod five_point;
 mod homography;
 mod judge;
-mod matches;
+pub(crate) mod matches;
 mod plausible;
 mod polynomial;
 mod relative;
 mod robust;
 pub mod rotation;
 mod transfer;
+pub mod upright;
 
 pub use relative::{Motion, RelativePoseFit, RelativePoseOptions, estimate_relative_pose};
 pub use rotation::{RotationFit, RotationOptions, estimate_rotation};
@@ -33,6 +34,9 @@ pub enum Solver {
     FivePoint,
     /// Hartley 1997: eight pairs, linear, normalised; one answer a sample; a plane alone leaves it undetermined.
     EightPoint,
+    /// Fraundorfer, Tanskanen & Pollefeys 2010: three pairs and up in both pictures, up to four answers a sample. Where
+    /// [`RelativePoseOptions::ups`] does not say which way is up, it is [`Solver::FivePoint`].
+    UprightThreePoint,
 }
 
 /// One point seen from both cameras: unit rays, camera frame (x right, y down, z forward).

@@ -21,6 +21,11 @@ pub(crate) trait Kind {
     fn sample_size(&self) -> usize;
     /// All models that fit a sample.
     fn solve(&self, sample: &[Match], found: &mut Vec<Self::Model>);
+    /// How many times the limit a model of right matches may be off, because its solver was told more than it can know. Over 1, models
+    /// are compared with each other at so wide a limit, and improved before they are compared with those that already are.
+    fn slack(&self) -> f64 {
+        1.0
+    }
     /// Weighted cost of all matches, at most their weight; any number over `enough` once it is sure to be more.
     fn cost(&self, model: &Self::Model, matches: &Matches, limit: f64, enough: f64) -> f64;
     /// Whether each match agrees, in their order.
@@ -61,12 +66,14 @@ pub(crate) fn search<K: Kind>(kind: &K, matches: &Matches, effort: &Effort, rng:
     }
     let (mut growth, mut found, mut sample) = (Growth::new(size, matches.list.len(), effort.most), Vec::new(), Vec::with_capacity(size));
     let mut agree: Vec<bool> = Vec::new();
+    let mut rough = Rough([f64::INFINITY; KEPT]);
     let mut drawn = 0;
     while drawn < effort.least || drawn < effort.most && drawn < samples_needed(&agree, growth.pool, size, effort.confidence) {
         drawn += 1;
         growth.draw(matches, rng, &mut sample);
         found.clear();
         kind.solve(&sample, &mut found);
+        found.retain_mut(|model| rough.admits(kind, model, matches, effort.limit));
         for model in &found {
             let enough = if best.len() < KEPT { f64::INFINITY } else { best[KEPT - 1].cost };
             let cost = kind.cost(model, matches, effort.limit, enough);
@@ -84,6 +91,27 @@ pub(crate) fn search<K: Kind>(kind: &K, matches: &Matches, effort: &Effort, rng:
         }
     }
     best
+}
+
+/// Costs of the best models as their samples gave them, at the wide limit of a kind that has slack, least first.
+struct Rough([f64; KEPT]);
+
+impl Rough {
+    /// Whether a model may compete; if its kind has slack, only the best may, and are improved for it.
+    fn admits<K: Kind>(&mut self, kind: &K, model: &mut K::Model, matches: &Matches, limit: f64) -> bool {
+        const STEPS: usize = 3;
+        let wide = kind.slack() * limit;
+        if wide <= limit {
+            return true;
+        }
+        let cost = kind.cost(model, matches, wide, self.0[KEPT - 1]);
+        if !(cost < self.0[KEPT - 1]) {
+            return false;
+        }
+        self.0[KEPT - 1] = cost;
+        self.0.sort_by(f64::total_cmp);
+        kind.improve(model, matches, wide, STEPS).map(|better| *model = better).is_some()
+    }
 }
 
 fn insert<M>(best: &mut Vec<Candidate<M>>, candidate: Candidate<M>) {
