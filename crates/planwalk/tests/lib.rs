@@ -179,7 +179,11 @@ fn the_trajectory_is_drawn_from_the_first_camera() {
         inliers: 50,
     };
     let poses: Vec<_> = (0..100).map(pose).collect();
-    let svg = TrajectoryPicture { title: "straight", poses: &poses }.svg();
+    // A wall 2 to the left all along; one point whose distance is a guess.
+    let wall = poses.iter().map(|p| Sighting { stamp: p.stamp, bearing_rad: std::f64::consts::FRAC_PI_2, range: 2.0, sigma: 0.05 });
+    let mut sightings: Vec<Sighting> = wall.collect();
+    sightings.push(Sighting { stamp: poses[99].stamp, bearing_rad: 0.0, range: 5.0, sigma: 2.0 });
+    let svg = TrajectoryPicture { title: "straight", poses: &poses, sightings: &sightings }.svg();
     let words = words(&svg);
     assert!(words.contains(&"100 frames: 90 posed on the map, 0 by rotation only, 10 carried on unseen"), "{words:?}");
     let disc = |colour: &str| {
@@ -190,7 +194,12 @@ fn the_trajectory_is_drawn_from_the_first_camera() {
     };
     let (start, end) = (disc("#2e7d32"), disc("#c62828"));
     assert!(end.0 > start.0 && end.1 < start.1, "start {start:?}, end {end:?}");
-    assert!(png_of(&TrajectoryPicture { title: "nothing", poses: &[] }.svg()).is_ok());
+    let centre = |part: &str| part.split('"').next().unwrap().parse::<f64>().unwrap();
+    let dots: Vec<f64> = svg.split("<circle cx=\"").skip(1).filter(|c| c.contains("r=\"1.3\"")).map(centre).collect();
+    // Three more stand for them in the legend.
+    assert_eq!(dots.len(), 103, "every sure point, and no other");
+    assert!(dots[0] < start.0, "the wall is on the left");
+    assert!(png_of(&TrajectoryPicture { title: "nothing", poses: &[], sightings: &[] }.svg()).is_ok());
 }
 
 #[test]

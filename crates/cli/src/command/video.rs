@@ -65,7 +65,7 @@ fn write(task: &mut Task, odometry: &Odometry, solver: &SolverName, name: &str) 
         SolverName::EightPoint => (SolverEntry::EightPoint, "eight-point"),
     };
     let title = format!("{name}: trajectory, {solver_words}");
-    let picture = TrajectoryPicture { title: &title, poses: &odometry.poses }.svg();
+    let picture = TrajectoryPicture { title: &title, poses: &odometry.poses, sightings: &odometry.sightings }.svg();
     task.draw("trajectory", &picture)?;
     task.trajectory = Some(picture);
     let seconds = odometry.poses.first().zip(odometry.poses.last()).map_or(0.0, |(a, b)| b.stamp.secs_since(a.stamp));

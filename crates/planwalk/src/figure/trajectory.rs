@@ -1,9 +1,9 @@
 //! How did the camera move by itself, without any plan? Seen from above: X to the right, Z ahead of the first frame.
 //!
-//! The first frame looks along +Z; red needles show where the camera looked (Chu, figure 9).
+//! The first frame looks along +Z; red needles show where the camera looked (Chu, figure 9), dots the points that it saw.
 
 use nalgebra::Vector3;
-use planwalk_types::{CameraPose, TrackingState};
+use planwalk_types::{CameraPose, Sighting, TrackingState};
 
 use super::colour;
 use super::map::{multiples, round_step, tick_text};
@@ -17,6 +17,8 @@ pub struct TrajectoryPicture<'a> {
     pub title: &'a str,
     /// One pose a frame, in time order.
     pub poses: &'a [CameraPose],
+    /// Points of the map as the poses saw them, in time order.
+    pub sightings: &'a [Sighting],
 }
 
 const LEFT_PX: f64 = 86.0;
@@ -25,6 +27,11 @@ const ROOM_PX: f64 = 760.0;
 /// Needles along the whole path; more would be a comb.
 const NEEDLES: usize = 60;
 const NEEDLE_PX: f64 = 24.0;
+/// Points that are drawn at most, and how well their distance must be known, as a share of it: vaguer ones smear every wall.
+const POINTS: usize = 4000;
+const SURE: f64 = 0.1;
+/// Share of the points, at each end of each axis, for which the sheet is not made larger.
+const STRAY: f64 = 0.02;
 
 /// One frame in the plane.
 struct Flat {
@@ -37,23 +44,27 @@ struct Flat {
 impl TrajectoryPicture<'_> {
     /// The drawing.
     pub fn svg(&self) -> String {
-        let flat = self.flat();
-        let side = |of: &dyn Fn(&Flat) -> f64| {
-            let low = flat.iter().map(of).fold(0.0_f64, f64::min);
-            let high = flat.iter().map(of).fold(0.0_f64, f64::max);
+        let (flat, points) = (self.flat(), self.points());
+        let side = |walked: &dyn Fn(&Flat) -> f64, seen: &dyn Fn(&(f64, f64)) -> f64| {
+            let (low, high) = span(points.iter().map(seen).collect());
+            let low = flat.iter().map(walked).fold(low, f64::min);
+            let high = flat.iter().map(walked).fold(high, f64::max);
             (low, high)
         };
-        let (xs, zs) = (side(&|f| f.x), side(&|f| f.z));
+        let (xs, zs) = (side(&|f| f.x, &|p| p.0), side(&|f| f.z, &|p| p.1));
         // A standing camera still gets a sheet with a scale.
         let margin = 0.07 * (xs.1 - xs.0).max(zs.1 - zs.0).max(1e-6);
         let (xs, zs) = ((xs.0 - margin, xs.1 + margin), (zs.0 - margin, zs.1 + margin));
         let px_per_unit = ROOM_PX / (xs.1 - xs.0).max(zs.1 - zs.0);
         let (width, height) = ((xs.1 - xs.0) * px_per_unit, (zs.1 - zs.0) * px_per_unit);
         let place = |x: f64, z: f64| (LEFT_PX + (x - xs.0) * px_per_unit, TOP_PX + (zs.1 - z) * px_per_unit);
-        let mut svg = Svg::new("trajectory", LEFT_PX + width.max(420.0) + 40.0, TOP_PX + height + 96.0, self.title);
+        let mut svg = Svg::new("trajectory", LEFT_PX + width.max(470.0) + 40.0, TOP_PX + height + 96.0, self.title);
         self.header(&mut svg);
         axes(&mut svg, xs, zs, px_per_unit);
         svg.begin_clip(LEFT_PX - 24.0, TOP_PX - 24.0, width + 48.0, height + 48.0);
+        for (x, z) in &points {
+            svg.circle(place(*x, *z), 1.3, colour::FAINT_INK, Pen::new("none", 0.0));
+        }
         self.curve(&mut svg, &flat, &place);
         self.needles(&mut svg, &flat, &place);
         self.moments(&mut svg, &flat, &place);
@@ -74,6 +85,24 @@ impl TrajectoryPicture<'_> {
                 Flat { x: at.x, z: at.z, look: (look.x, look.z) }
             })
             .collect()
+    }
+
+    /// The points that it saw, in the plane.
+    fn points(&self) -> Vec<(f64, f64)> {
+        let Some(first) = self.poses.first() else { return Vec::new() };
+        let first_from_odom = first.odom_from_camera.inverse();
+        let sure: Vec<&Sighting> = self.sightings.iter().filter(|s| s.sigma < SURE * s.range).collect();
+        let every = sure.len().div_ceil(POINTS).max(1);
+        let point = |sighting: &&Sighting| {
+            let at = self.poses.binary_search_by_key(&sighting.stamp, |p| p.stamp).ok()?;
+            let iso = self.poses[at].odom_from_camera.iso;
+            let ahead = iso.rotation * Vector3::z();
+            let heading_rad = ahead.y.atan2(ahead.x) + sighting.bearing_rad;
+            let way = Vector3::new(heading_rad.cos(), heading_rad.sin(), 0.0) * sighting.range;
+            let seen = first_from_odom.iso * nalgebra::Point3::from(iso.translation.vector + way);
+            Some((seen.x, seen.z))
+        };
+        sure.into_iter().step_by(every).filter_map(|s| point(&s)).collect()
     }
 
     fn header(&self, svg: &mut Svg) {
@@ -121,6 +150,14 @@ impl TrajectoryPicture<'_> {
     }
 }
 
+/// From where to where most of these lie, and zero.
+fn span(mut values: Vec<f64>) -> (f64, f64) {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1) as f64;
+    let at = |share: f64| values.get((share * last).round() as usize).copied().unwrap_or(0.0);
+    (at(STRAY).min(0.0), at(1.0 - STRAY).max(0.0))
+}
+
 fn axes(svg: &mut Svg, xs: (f64, f64), zs: (f64, f64), px_per_unit: f64) {
     let (width, height) = ((xs.1 - xs.0) * px_per_unit, (zs.1 - zs.0) * px_per_unit);
     let bottom = TOP_PX + height;
@@ -157,4 +194,7 @@ fn legend(svg: &mut Svg, y: f64) {
     x += 104.0;
     svg.line((x, y - 4.0), (x + 24.0, y - 4.0), Pen::new(colour::RED, 1.5));
     svg.text("looks there", (x + 32.0, y), 9.0, Anchor::Left, colour::INK);
+    x += 118.0;
+    [0.0, 6.0, 12.0].iter().for_each(|right| svg.circle((x + right, y - 4.0), 1.3, colour::FAINT_INK, Pen::new("none", 0.0)));
+    svg.text("points", (x + 20.0, y), 9.0, Anchor::Left, colour::INK);
 }
