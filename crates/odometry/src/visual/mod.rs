@@ -5,6 +5,7 @@ pub mod axes;
 pub mod begin;
 pub mod compass;
 pub mod corners;
+mod filter;
 pub mod focal;
 pub mod graph;
 pub mod image;

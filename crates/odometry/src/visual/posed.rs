@@ -1,9 +1,11 @@
 //! Where was the camera at each frame, once the keyframes are settled?
 //!
-//! frames on keyframes ─▶ [`place`] ─▶ gaps are bridged: what was only guessed on the way lies between what was seen before and after
+//! frames on keyframes ─▶ [`place`] ─▶ smoothed ([`super::filter`]): what was only guessed on the way lies between what was seen
+//! before and after
 
 use planwalk_types::{CameraPose, Rigid3, Stamp, TrackingState};
 
+use super::filter::{Measured, smooth};
 use super::map::{KeyframeId, Map, Pose};
 use super::outcome::FrameQuality;
 
@@ -26,32 +28,58 @@ pub(super) struct Posed {
 /// Longest gap that is bridged, seconds: in a longer one the walk as it was guessed says more than a straight line.
 const BRIDGED_S: f64 = 2.0;
 
-/// The poses of all frames: each from its keyframe; a repeat between the frames around it, by time; gaps bridged.
+/// Noise of a pose against the map, radians and units, from one frame to the next: what frames share, they share with the map.
+const MAPPED: (f64, f64) = (1e-3, 5e-3);
+/// The same of a rotation that few points, or the picture as a whole, say.
+const TURNED_RAD: f64 = 0.01;
+/// The same of what was guessed, in a gap that is not bridged.
+const GUESSED: (f64, f64) = (0.05, 0.05);
+
+/// The poses of all frames: each from its keyframe, and all together as a camera moves ([`smooth`]), which bridges gaps and finds
+/// repeats between their neighbours. A cut parts what comes before it from what comes after.
 pub(super) fn place(posed: &[Posed], map: &Map) -> Vec<CameraPose> {
     let mut poses = as_posed(posed, map);
-    // Rotations first: they are known in more frames.
-    bridge(&mut poses, |p| p.state != TrackingState::Propagated, |pose, between| pose.rotation = between.rotation);
-    let placed = |p: &CameraPose| matches!(p.state, TrackingState::Mapped | TrackingState::Cut);
-    bridge(&mut poses, placed, |pose, between| pose.translation = between.translation);
+    let measured = measured(posed, &poses);
+    let cuts = (0..=poses.len()).filter(|i| *i == 0 || *i == poses.len() || poses[*i].state == TrackingState::Cut);
+    let cuts: Vec<usize> = cuts.collect();
+    for ends in cuts.windows(2) {
+        let smoothed = smooth(&measured[ends[0]..ends[1]]);
+        for (pose, (found, _)) in poses[ends[0]..ends[1]].iter_mut().zip(smoothed) {
+            pose.odom_from_camera.iso = found;
+        }
+    }
     poses
 }
 
-/// Sets what is not known in a frame between what is known before and after it, by time.
-fn bridge(poses: &mut [CameraPose], known: impl Fn(&CameraPose) -> bool, set: impl Fn(&mut Pose, &Pose)) {
+/// What was found of each frame, and how well. What was only guessed on the way is left out, where it can be bridged.
+fn measured(posed: &[Posed], poses: &[CameraPose]) -> Vec<Measured> {
+    use TrackingState::{Cut, Mapped, Propagated};
+    // Rotations are known in more frames.
+    let turned = bridged(poses, |i| poses[i].state != Propagated && !posed[i].repeat);
+    let placed = bridged(poses, |i| matches!(poses[i].state, Mapped | Cut) && !posed[i].repeat);
+    let frame = |i: usize| {
+        let pose = &poses[i];
+        let (turn, shift) = match pose.state {
+            Mapped | Cut => MAPPED,
+            TrackingState::RotationOnly => (TURNED_RAD, GUESSED.1),
+            Propagated => GUESSED,
+        };
+        let (turn_rad, shift) = ((!turned[i]).then_some(turn), (!placed[i]).then_some(shift));
+        Measured { stamp: pose.stamp, pose: pose.odom_from_camera.iso, turn_rad, shift }
+    };
+    (0..poses.len()).map(frame).collect()
+}
+
+/// Which frames are not known themselves, but lie between two that are, and that are no further apart than [`BRIDGED_S`].
+fn bridged(poses: &[CameraPose], known: impl Fn(usize) -> bool) -> Vec<bool> {
+    let mut bridged = vec![false; poses.len()];
     let mut before: Option<usize> = None;
-    for after in 0..poses.len() {
-        if !known(&poses[after]) {
-            continue;
-        }
+    for after in (0..poses.len()).filter(|i| known(*i)) {
         if let Some(before) = before.replace(after).filter(|b| poses[after].stamp.secs_since(poses[*b].stamp) <= BRIDGED_S) {
-            let (from, to) = (poses[before].clone(), poses[after].clone());
-            for pose in &mut poses[before + 1..after] {
-                let share = pose.stamp.secs_since(from.stamp) / to.stamp.secs_since(from.stamp);
-                let between = from.odom_from_camera.iso.lerp_slerp(&to.odom_from_camera.iso, share);
-                set(&mut pose.odom_from_camera.iso, &between);
-            }
+            bridged[before + 1..after].fill(true);
         }
     }
+    bridged
 }
 
 fn as_posed(posed: &[Posed], map: &Map) -> Vec<CameraPose> {

@@ -100,11 +100,18 @@ fn plausible(pose: &Pose, prior: &PosePrior) -> bool {
 }
 
 /// The pose after a step (turn on the right, move in odom).
-pub(super) fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
+pub(in crate::visual) fn moved(pose: &Pose, step: &Vector6<f64>) -> Pose {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(step[0], step[1], step[2]));
     let mut rotation = pose.rotation * turn;
     rotation.renormalize_fast();
     Pose::from_parts((pose.translation.vector + Vector3::new(step[3], step[4], step[5])).into(), rotation)
+}
+
+/// The step of [`moved`] from one pose to another.
+pub(in crate::visual) fn difference(from: &Pose, to: &Pose) -> Vector6<f64> {
+    let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+    let way = to.translation.vector - from.translation.vector;
+    Vector6::new(turn.x, turn.y, turn.z, way.x, way.y, way.z)
 }
 
 /// Residual and inverse covariance of a sight: ray noise, and the distance's uncertainty along the epipolar line.
@@ -121,10 +128,8 @@ fn prior_information(prior: &PosePrior) -> Matrix6<f64> {
 }
 
 fn prior_terms(pose: &Pose, prior: &PosePrior) -> (Matrix6<f64>, Vector6<f64>) {
-    let turn = (prior.pose.rotation.inverse() * pose.rotation).scaled_axis();
-    let shift = pose.translation.vector - prior.pose.translation.vector;
     let mut information = prior_information(prior);
-    let mut gradient = information * Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
+    let mut gradient = information * difference(&prior.pose, pose);
     if let Some(fix) = &prior.fix {
         let mut block = information.fixed_view_mut::<3, 3>(0, 0);
         block += fix.information;
