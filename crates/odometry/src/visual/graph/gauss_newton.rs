@@ -1,6 +1,6 @@
 //! Which keyframes agree best with all edges, from a good start? Gauss–Newton, damped (Levenberg 1944, Marquardt 1963).
 //!
-//! keyframes ─▶ normal equations ([`residual`]) ─▶ step ([`sparse`]) ─▶ taken if it is better, else damped more; doubt of loops
+//! keyframes ─▶ normal equations ([`super::residual`]) ─▶ step ([`super::sparse`]) ─▶ taken if it is better, else damped more; doubt of loops
 //! narrows from round to round ([`super::robust`]).
 //!
 //! Pitfall: a long chain bends softly: N keyframes' slowest bend is N² times softer than one edge. Damping relative to the diagonal

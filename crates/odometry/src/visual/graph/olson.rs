@@ -4,7 +4,7 @@
 //!
 //! Olson, Leonard & Teller 2006: the state is the walk's increments, so one edge moves all keyframes between its ends a little and
 //! carries all later ones along. Each increment takes its share by the inverse of how much holds it (their preconditioner M), and
-//! the rate falls as one over the passes. Trees make a change O(log N) (their §IV): see [`Shifts`].
+//! the rate falls as one over the passes. Trees make a change O(log N), as theirs do.
 //!
 //! In space: shifts and turns are in odom's axes, turns are spread by angle about one axis (Grisetti, Stachniss, Grzonka & Burgard
 //! 2007), the logarithm of the scale is one increment more. Within a pass a keyframe's turn since the pass began is one rotation

@@ -42,7 +42,7 @@ pub fn linearised(a_from_b: &Similarity, odom_from_a: &Similarity, odom_from_b: 
     (r, by_a, by_b)
 }
 
-/// Derivative of log(exp(θ) exp(δ)) by δ at 0: the inverse right Jacobian of SO(3) (Chirikjian 2012, §10; Forster et al. 2017, eq. 9).
+/// Derivative of log(exp(θ) exp(δ)) by δ at 0: the inverse right Jacobian of SO(3) (Chirikjian 2012).
 pub fn by_right_turn(theta: &Vector3<f64>) -> Matrix3<f64> {
     let squared = theta.norm_squared();
     let angle = squared.sqrt();

@@ -71,8 +71,8 @@ fn a_loop_takes_away_drift_of_heading_and_scale_and_both_solvers_end_at_one_mini
         let solutions = SOLVERS.map(|solver| optimise(&graph, &with(solver)));
         for (solver, solution) in SOLVERS.iter().zip(&solutions) {
             let after = error(&solution.nodes, &truth);
-            // Even drift is spread evenly and goes; what stays is noise: 0.01 rad · √200 over 10 units, at half the way half of it,
-            // is 0.7 units in one of three walks; drift made 3.8 and more.
+            // Even drift is spread evenly and goes; what stays is noise: 0.01 rad · √200 over 10 units, half of it at half the way, is
+            // one standard deviation of 0.7 units. Drift made 3.7 and more.
             assert!(after < before / 3.0, "seed {seed}, {solver:?}: {before} to {after}");
         }
         let [one, other] = &solutions;
@@ -110,7 +110,7 @@ fn steps_and_doubt_matter() {
 #[test]
 fn from_a_turn_that_was_lost_olson_finds_the_valley_more_often() {
     let mut found = [0; 2];
-    for seed in 0..12 {
+    for seed in 0..6 {
         let graph = lost_turn(seed);
         let mut from_truth = graph.clone();
         for (node, at) in from_truth.nodes.iter_mut().zip(streets(300, seed)) {
@@ -122,13 +122,13 @@ fn from_a_turn_that_was_lost_olson_finds_the_valley_more_often() {
             *found += usize::from(optimise(&graph, &with(*solver)).squared_after < 1.02 * least);
         }
     }
-    // From the angles alone Gauss–Newton goes astray in about half of them; Olson may in one of six.
-    assert!(found[0] <= 8 && found[1] >= 10, "Gauss–Newton {}, Olson {} of 12", found[0], found[1]);
+    // Of twelve, Gauss–Newton finds six and Olson eleven; of the first six it may be one more or less.
+    assert!(found[0] <= 4 && found[1] >= 5, "Gauss–Newton {}, Olson {} of 6", found[0], found[1]);
 }
 
 #[test]
 fn loops_that_lie_are_outvoted() {
-    for seed in 0..4 {
+    for seed in 0..2 {
         let pairs: Vec<(usize, usize)> = (0..20).step_by(3).map(|k| (k, k + 180)).collect();
         let (mut graph, truth) = creeping(&pairs, seed);
         let honest = optimise(&graph, &GraphOptions::default());
