@@ -4,12 +4,13 @@ use std::path::Path;
 
 use planwalk::result::InputEntry;
 use planwalk::types::path::StepNoise;
-use planwalk::types::{Camera, FloorPlan, IntrinsicsSource, OdometryScale, Sighting};
+use planwalk::types::{Camera, FloorPlan, IntrinsicsSource, OdometryScale, Seed, Sighting};
 use planwalk_io::trajectory::PosesOptions;
 use planwalk_io::video::{VideoOptions, VideoSource};
 
 use crate::args::{PlanArgs, PlanReadingArgs, PosesArgs, VideoOptionsArgs};
 use crate::failure::Failure;
+use crate::say::Voice;
 
 /// What was read, and what a person should know of it.
 pub struct Read<T> {
@@ -33,10 +34,11 @@ pub struct Video {
     pub camera: Camera,
 }
 
-/// Opens a video, and the camera file that goes with it or a phone's usual camera.
-pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<Video>, Failure> {
-    let source =
-        planwalk_io::video::open(path, &VideoOptions { fps: options.fps }).map_err(|why| Failure::input("the video", why, path))?;
+/// Opens a video, and the camera file that goes with it; without one the lens is measured from the video's beginning.
+pub fn video(path: &Path, options: &VideoOptionsArgs, voice: Voice, seed: Seed) -> Result<Read<Video>, Failure> {
+    let reading = VideoOptions { fps: options.fps };
+    let open = || planwalk_io::video::open(path, &reading).map_err(|why| Failure::input("the video", why, path));
+    let source = open()?;
     let (width, height) = source.size();
     let mut notes = source.info().notes.clone();
     if source.info().rotation_deg != 0 {
@@ -49,15 +51,34 @@ pub fn video(path: &Path, options: &VideoOptionsArgs) -> Result<Read<Video>, Fai
             camera.check_size(width, height).map_err(|why| Failure::input("the camera file", why, file))?;
             camera
         }
-        None => Camera::phone_prior(width, height),
+        None => {
+            // Read a second time: what is measured here is needed before the first frame is followed.
+            let bar = voice.bar("measuring the lens", None);
+            let lens = planwalk::measure_lens(open()?, (width, height), seed, &mut |done| bar.set_position(done as u64));
+            bar.finish_and_clear();
+            lens.camera(width, height)
+        }
     };
-    if let IntrinsicsSource::PhonePrior { relative_sigma } = camera.source {
-        let (focal, percent) = (camera.focal_px(), 100.0 * relative_sigma);
-        notes.push(format!(
-            "no camera file: a phone's usual focal length is assumed, {focal:.0} px ± {percent:.0} %; --camera makes turns exact"
-        ));
-    }
+    notes.extend(lens_note(&camera));
     Ok(Read { value: Video { source, camera }, notes })
+}
+
+/// What a person should know of a camera that was not stated.
+fn lens_note(camera: &Camera) -> Option<String> {
+    let (focal, usual) = (camera.focal_px(), Camera::phone_prior(camera.width, camera.height).focal_px());
+    match camera.source {
+        IntrinsicsSource::Stated => None,
+        IntrinsicsSource::Measured { relative_sigma } => Some(format!(
+            "no camera file: the focal length was measured from straight edges and turns: {focal:.0} px ± {:.0} % (a phone's usual: \
+             {usual:.0}); --camera makes turns exact",
+            100.0 * relative_sigma
+        )),
+        IntrinsicsSource::PhonePrior { relative_sigma } => Some(format!(
+            "no camera file, and too few straight edges and turns to measure the lens: a phone's usual focal length is assumed, \
+             {focal:.0} px ± {:.0} %; --camera makes turns exact",
+            100.0 * relative_sigma
+        )),
+    }
 }
 
 /// A path from a poses file, and what is known of its unit.

@@ -180,6 +180,9 @@ pub fn write(path: &Path, camera: &Camera) -> Result<(), CameraFileError> {
         IntrinsicsSource::PhonePrior { relative_sigma } => {
             format!("NOT calibrated: a guess for a phone, focal length ± {:.0} %", 100.0 * relative_sigma)
         }
+        IntrinsicsSource::Measured { relative_sigma } => {
+            format!("NOT calibrated: focal length measured from the video itself, ± {:.1} %", 100.0 * relative_sigma)
+        }
     };
     let (model, coefficients) = match camera.distortion {
         Distortion::RadTan { k1, k2, p1, p2, k3 } => ("plumb_bob", vec![k1, k2, p1, p2, k3]),
@@ -248,8 +251,13 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("camera.yaml");
         write(&path, &Camera::phone_prior(640, 480)).unwrap();
-        let text = std::fs::read_to_string(path).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains("NOT calibrated") && text.contains("15 %"), "{text}");
+        let measured = Camera { source: IntrinsicsSource::Measured { relative_sigma: 0.023 }, ..Camera::phone_prior(640, 480) };
+        let path = dir.path().join("measured.yaml");
+        write(&path, &measured).unwrap();
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.contains("NOT calibrated: focal length measured from the video itself, ± 2.3 %"), "{text}");
     }
 
     #[test]

@@ -20,4 +20,4 @@ pub use film::filmstrip;
 pub use planwalk_locate as locate;
 pub use planwalk_odometry as odometry;
 pub use planwalk_types as types;
-pub use run::{Followed, LocalizeOptions, Method, Run, Walk, check_start, follow, localize};
+pub use run::{Followed, LocalizeOptions, Method, Run, Walk, check_start, follow, localize, measure_lens};

@@ -4,7 +4,7 @@ use planwalk_locate::{
     FilterView, Localization, Localizer, LocateError, LocateOptions, ReportOptions, ScalePrior, StartPrior, localize_by_report,
     localize_observed,
 };
-use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, VisualOdometry};
+use planwalk_odometry::{FocalEstimate, LensSample, Odometry, OdometryError, OdometryOptions, VisualOdometry};
 use planwalk_types::{Camera, FloorPlan, OdometryScale, Path, Plan, Pt2, Seed, Sighting, VideoFrame};
 use serde::{Deserialize, Serialize};
 
@@ -49,6 +49,26 @@ pub fn follow<E>(
     }
     let odometry = odometry.finish().map_err(|why| if count == 0 { refused.unwrap_or(why) } else { why });
     Followed { odometry, frames: count, cut_short }
+}
+
+/// The focal length that a video shows, from its beginning; a source that fails ends the video there.
+///
+/// `on_frame` is told how many frames were looked at.
+pub fn measure_lens<E>(
+    frames: impl Iterator<Item = Result<VideoFrame, E>>,
+    size: (usize, usize),
+    seed: Seed,
+    on_frame: &mut dyn FnMut(usize),
+) -> FocalEstimate {
+    let mut sample = LensSample::new(size.0, size.1);
+    for (count, frame) in frames.map_while(Result::ok).enumerate() {
+        sample.push(&frame);
+        on_frame(count + 1);
+        if sample.is_enough() {
+            break;
+        }
+    }
+    sample.estimate(seed)
 }
 
 /// A walk from any source: how the body moved, and what it saw.

@@ -154,7 +154,7 @@ pub struct VideoOptionsArgs {
     /// Frames per second of a folder of images
     #[arg(long, value_name = "FPS", conflicts_with = "poses")]
     pub fps: Option<f64>,
-    /// Camera file, ROS camera_info or Kalibr layout [default: a phone's usual field of view]
+    /// Camera file, ROS camera_info or Kalibr layout [default: the focal length is measured from the video]
     #[arg(long, value_name = "FILE", conflicts_with = "poses")]
     pub camera: Option<PathBuf>,
     /// Solver of the relative pose between two views

@@ -91,7 +91,11 @@ fn from_video(job: &Job<'_>, data: &Path, video: &Path) -> Result<Prepared, Stri
     let source = planwalk_io::video::open(&data.join(video), &VideoOptions { fps: case.fps }).map_err(say("the video", video))?;
     let camera = match &case.camera {
         Some(file) => planwalk_io::camera::read_for(&data.join(file), source.size()).map_err(say("the camera", file))?,
-        None => planwalk::types::Camera::phone_prior(source.size().0, source.size().1),
+        None => {
+            let (width, height) = source.size();
+            let again = planwalk_io::video::open(&data.join(video), &VideoOptions { fps: case.fps }).map_err(say("the video", video))?;
+            planwalk::measure_lens(again, (width, height), planwalk::types::Seed(job.seed), &mut |_| {}).camera(width, height)
+        }
     };
     let (odometry, seconds) = follow(source, &camera, job.seed)?;
     let scores = truth.score_camera(case, &odometry)?;

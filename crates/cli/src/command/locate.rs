@@ -56,7 +56,7 @@ fn note_options(task: &mut Task, args: &LocateArgs) {
 }
 
 fn from_video(task: &mut Task, args: &LocateArgs, path: &std::path::Path) -> Result<Walk, Failure> {
-    let video = inputs::video(path, &args.reading)?;
+    let video = inputs::video(path, &args.reading, task.voice, task.result.seed)?;
     task.note(video.notes);
     task.result.inputs.push(inputs::entry("video", path)?);
     if let Some(file) = &args.reading.camera {

@@ -9,7 +9,7 @@ use crate::inputs;
 /// Follows the camera through a video.
 pub fn run(args: &TrackArgs) -> Result<(), Failure> {
     let mut task = Task::begin("track", &args.common)?;
-    let video = inputs::video(&args.video, &args.reading)?;
+    let video = inputs::video(&args.video, &args.reading, task.voice, task.result.seed)?;
     task.note(video.notes);
     let inputs::Video { source, camera } = video.value;
     let (count, name) = (source.frame_count(), name_of(&args.video));

@@ -72,6 +72,7 @@ fn a_black_video_has_no_answer() {
     let dir = folder();
     let said = failure(&mut locate(&frames(dir.path(), 12, 0), dir.path()), 5);
     assert!(said.contains("black"), "{said}");
+    assert!(said.contains("too few straight edges and turns to measure the lens: a phone's usual focal length is assumed"), "{said}");
     assert!(dir.path().join("out/camera.yaml").exists(), "what was known so far stays");
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use planwalk::result::ResultFile;
-use planwalk::types::{PlanPose, Status, wrap_angle};
+use planwalk::types::{IntrinsicsSource, PlanPose, Status, wrap_angle};
 
 use crate::support::{data, errors, folder, planwalk, read_track, truth_of_camera};
 
@@ -66,6 +66,26 @@ fn both_solvers_turn_the_corner_at_the_blank_wall_without_breaking_the_path() {
         assert!((turn(&headings) - turn(&truth)).abs() < 5.0, "{name}: {} for {}", turn(&headings), turn(&truth));
         assert!(fs::read(out.join("trajectory.png")).unwrap().starts_with(b"\x89PNG"));
     }
+}
+
+#[test]
+fn without_a_camera_file_the_lens_is_measured_and_the_walk_is_followed() {
+    let Some(clip) = data(CORRIDOR) else { return };
+    let dir = folder();
+    let out = dir.path().join("out");
+    let mut run = planwalk();
+    let output = run.arg("track").arg(clip.join("rgb")).args(["--fps", "12", "-o"]).arg(&out).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("no camera file: the focal length was measured from straight edges and turns"), "{said}");
+    assert!(said.contains("a phone's usual: 499"), "{said}");
+    let (lens, stated) = (result(&out).camera.unwrap(), planwalk_io::camera::read(&clip.join("camera.yaml")).unwrap());
+    let IntrinsicsSource::Measured { relative_sigma } = lens.source else { panic!("{lens:?}") };
+    // What is asked of it: 5 %, and two of its own standard deviations.
+    let off = (lens.focal_px() / stated.focal_px()).ln();
+    assert!(off.abs() < 0.05 && off.abs() < 2.0 * relative_sigma, "{} px for {} px: {lens:?}", lens.focal_px(), stated.focal_px());
+    assert!(fs::read_to_string(out.join("camera.yaml")).unwrap().contains("measured from the video itself"));
+    assert_eq!(truth_of_camera(&out.join("odometry.tum")).len(), 220, "one unbroken path");
 }
 
 #[test]

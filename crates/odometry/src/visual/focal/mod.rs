@@ -96,17 +96,7 @@ impl LensSample {
         }
         let camera = Camera::phone_prior((width / shrink).max(1), (height / shrink).max(1));
         let tracker = Tracker::new(camera.clone());
-        Self {
-            shrink,
-            camera,
-            tracker,
-            began: BTreeMap::new(),
-            since: 0,
-            last: None,
-            frames: 0,
-            pictures: Vec::new(),
-            turns: Vec::new(),
-        }
+        Self { shrink, camera, tracker, began: BTreeMap::new(), since: 0, last: None, frames: 0, pictures: Vec::new(), turns: Vec::new() }
     }
 
     /// Whether more frames would add little.
@@ -123,7 +113,11 @@ impl LensSample {
         }
         self.last = Some(frame.stamp);
         (self.frames, self.since) = (self.frames + 1, self.since + 1);
-        if self.shrink == 1 { self.follow(&frame.image) } else { self.follow(&shrunk(&frame.image, self.shrink)) }
+        if self.shrink == 1 {
+            self.follow(&frame.image)
+        } else {
+            self.follow(&shrunk(&frame.image, self.shrink))
+        }
         if let Some(turn) = self.complete_turn() {
             if self.turns.len() < MOST && !turn.is_empty() {
                 self.turns.push(turn);
@@ -201,4 +195,60 @@ fn shrunk(image: &GrayImage, by: usize) -> GrayImage {
         let sum: u32 = rows.flatten().map(|p| u32::from(*p)).sum();
         (sum / (by * by) as u32) as u8
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(pictures: usize, turns: usize) -> LensSample {
+        let turned = |yaw: f64| UnitQuaternion::from_scaled_axis(nalgebra::Vector3::new(0.2, yaw, 0.0));
+        let mut sample = LensSample::new(640, 480);
+        let centre = Vector2::new(319.5, 239.5);
+        let moved = |s: Segment| Segment { ends: s.ends.map(|end| end + centre), ..s };
+        sample.pictures = (0..pictures as u64)
+            .map(|seed| box_edges::tests::seen(seed, 50, &turned(0.35 + 0.02 * seed as f64), 0.3).into_iter().map(moved).collect())
+            .collect();
+        let way = nalgebra::Vector3::new(0.1, 0.0, -0.3);
+        sample.turns = (0..turns as u64).map(|seed| turns::tests::pairs(seed, 0.15, way, 0.2)).collect();
+        sample
+    }
+
+    #[test]
+    fn edges_turns_and_both_show_a_lens_of_500_px() {
+        for (pictures, turns) in [(15, 0), (0, 15), (15, 15)] {
+            let lens = sample(pictures, turns).estimate(Seed(1));
+            let off = libm::log(lens.focal_px / 500.0);
+            assert!(off.abs() < 0.05 && off.abs() < 3.0 * lens.relative_sigma, "{pictures}, {turns}: {lens:?}");
+            assert!(lens.relative_sigma < 0.06 && lens.is_measured(), "{lens:?}");
+            let camera = lens.camera(640, 480);
+            assert_eq!(camera.source, IntrinsicsSource::Measured { relative_sigma: lens.relative_sigma });
+        }
+    }
+
+    #[test]
+    fn a_video_that_shows_nothing_gives_a_phones_usual_camera() {
+        let mut sample = LensSample::new(640, 480);
+        for i in 0..40 {
+            sample.push(&VideoFrame { stamp: Stamp(i * 100_000_000), image: GrayImage::from_fn(640, 480, |_, _| 90) });
+        }
+        let lens = sample.estimate(Seed(1));
+        assert!(!lens.is_measured() && lens.frames == 40, "{lens:?}");
+        let (camera, usual) = (lens.camera(640, 480), Camera::phone_prior(640, 480));
+        assert!((camera.fx - usual.fx).abs() < 1e-9 && camera.source == usual.source, "{camera:?}");
+    }
+
+    #[test]
+    fn large_pictures_are_looked_at_smaller_and_those_of_another_size_are_not() {
+        let mut sample = LensSample::new(1920, 1080);
+        assert_eq!((sample.shrink, sample.camera.width, sample.camera.height), (2, 960, 540));
+        sample.push(&VideoFrame { stamp: Stamp(0), image: GrayImage::from_fn(640, 480, |_, _| 90) });
+        assert_eq!(sample.frames, 0);
+        sample.push(&VideoFrame { stamp: Stamp(1), image: GrayImage::from_fn(1920, 1080, |_, _| 90) });
+        sample.push(&VideoFrame { stamp: Stamp(2), image: GrayImage::from_fn(1920, 1080, |_, _| 90) });
+        assert_eq!(sample.frames, 1, "a frame that comes too soon is left out");
+        assert!((sample.estimate(Seed(1)).focal_px - 0.78 * 1920.0).abs() < 1e-6);
+        let squares = shrunk(&GrayImage::from_fn(4, 2, |u, _| if u < 2 { 10 } else { 20 }), 2);
+        assert_eq!(squares.data(), [10, 20]);
+    }
 }

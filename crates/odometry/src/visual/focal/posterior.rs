@@ -125,3 +125,50 @@ fn between(curve: &[f64], logs: &[f64], at: f64) -> (f64, f64) {
     let value = (2.0 * t3 - 3.0 * t2 + 1.0) * p(1) + (t3 - 2.0 * t2 + t) * slope(1) + (3.0 * t2 - 2.0 * t3) * p(2) + (t3 - t2) * slope(2);
     (logs[i] + t * (logs[i + 1] - logs[i]), value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PRIOR: (f64, f64) = (6.2, 0.15);
+
+    fn logs() -> Vec<f64> {
+        (0..33).map(|i| 5.5 + 0.053 * f64::from(i)).collect()
+    }
+
+    /// So many curves with their peak here, as a picture makes them: 5 % wide once they are tempered.
+    fn peaks(at: f64, count: usize) -> Vec<Vec<f64>> {
+        let curve: Vec<f64> = logs().iter().map(|log| -0.5 * ((log - at) / 0.05).powi(2) / EDGES_COUNT).collect();
+        vec![curve; count]
+    }
+
+    fn of(edges: Vec<Vec<f64>>, turns: Vec<Vec<f64>>) -> Posterior {
+        Posterior::of(&[Cue::tempered(edges, EDGES_COUNT), Cue::tempered(turns, EDGES_COUNT)], &logs(), PRIOR)
+    }
+
+    #[test]
+    fn where_nothing_speaks_the_prior_comes_back() {
+        let flat = vec![vec![3.0; 33]; 50];
+        for posterior in [of(vec![], vec![]), of(flat.clone(), flat), of(peaks(6.0, 3), vec![]), of(vec![vec![f64::NAN; 33]; 9], vec![])] {
+            assert_eq!((posterior.log, posterior.sigma, posterior.said), (PRIOR.0, PRIOR.1, [0, 0]));
+        }
+    }
+
+    #[test]
+    fn what_most_say_holds_and_a_few_others_are_outvoted() {
+        let mut edges = peaks(6.5, 30);
+        edges.extend(peaks(5.8, 8));
+        let posterior = of(edges, peaks(6.5, 20));
+        // The grid is 5 % wide and interpolated by a cubic: a tenth of that.
+        assert!((posterior.log - 6.5).abs() < 0.01 && posterior.sigma < 0.05, "{posterior:?}");
+        assert_eq!(posterior.said, [38, 20]);
+    }
+
+    #[test]
+    fn cues_that_contradict_each_other_are_not_sure() {
+        let agreed = of(peaks(6.3, 20), peaks(6.3, 20)).sigma;
+        let posterior = of(peaks(6.25, 20), peaks(6.45, 20));
+        // They are 20 % apart: half of it is the sigma, or nothing was learned.
+        assert!(posterior.sigma > 0.09 && agreed < 0.03, "{} and {agreed}", posterior.sigma);
+    }
+}

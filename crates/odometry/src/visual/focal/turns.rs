@@ -81,3 +81,68 @@ fn best(pairs: &[PixelPair], focal: f64, sigma_px: f64, starts: &[Twisted]) -> (
     let settled = starts.iter().map(settle);
     settled.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, starts[0]))
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::visual::two_view::scene::uniform;
+    use nalgebra::UnitQuaternion;
+    use planwalk_types::Seed;
+
+    const LENSES: [f64; 11] = [300.0, 350.0, 400.0, 440.0, 480.0, 500.0, 520.0, 560.0, 600.0, 700.0, 800.0];
+
+    /// Points before a lens of 500 px that turns about its upright axis and moves, with a third of a pixel of noise; a share goes anywhere.
+    pub fn pairs(seed: u64, turn_rad: f64, way: Vector3<f64>, wild: f64) -> Vec<PixelPair> {
+        let mut rng = Seed(seed).derive("turn", 0);
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * turn_rad);
+        let mut pairs = Vec::new();
+        while pairs.len() < 150 {
+            let a = Vector2::new(uniform(&mut rng, -300.0, 300.0), uniform(&mut rng, -220.0, 220.0));
+            let depth = uniform(&mut rng, 2.0, 8.0);
+            let point = turn * (Vector3::new(a.x / 500.0, a.y / 500.0, 1.0) * depth) + way;
+            let noise = Vector2::new(uniform(&mut rng, -0.6, 0.6), uniform(&mut rng, -0.6, 0.6));
+            let b = 500.0 * point.xy() / point.z + noise;
+            let lost = Vector2::new(uniform(&mut rng, -300.0, 300.0), uniform(&mut rng, -220.0, 220.0));
+            let b = if uniform(&mut rng, 0.0, 1.0) < wild { lost } else { b };
+            if b.x.abs() < 320.0 && b.y.abs() < 240.0 {
+                pairs.push([a, b]);
+            }
+        }
+        pairs
+    }
+
+    fn curve_of(seed: u64, turn_rad: f64, way: Vector3<f64>, wild: f64) -> Vec<f64> {
+        curve(&pairs(seed, turn_rad, way, wild), 640.0, &LENSES, 5, &mut Seed(seed).derive("test", 0)).unwrap()
+    }
+
+    #[test]
+    fn a_turn_shows_its_lens_whether_the_camera_moves_or_not() {
+        for way in [Vector3::zeros(), Vector3::new(0.2, 0.05, -0.3)] {
+            let best = |seed: u64| {
+                let curve = curve_of(seed, 0.2, way, 0.2);
+                LENSES[(0..LENSES.len()).max_by(|a, b| curve[*a].total_cmp(&curve[*b])).unwrap()]
+            };
+            // Between 480 and 520 px, points at the border go half a pixel less or more, aslant: 120 of them know.
+            let right = (0..10).filter(|seed| (best(*seed) - 500.0).abs() <= 40.0).count();
+            assert!(right >= 9, "{right} of 10, {way:?}");
+        }
+    }
+
+    #[test]
+    fn going_straight_ahead_says_nothing() {
+        for seed in 0..5 {
+            let curve = curve_of(seed, 0.0, Vector3::new(0.0, 0.0, -0.5), 0.0);
+            let (low, high) = curve.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+            // Six parameters find some noise of 150 points to explain: a few half squares, of which a twentieth will count.
+            assert!(high - low < 10.0, "seed {seed}: {curve:?}");
+        }
+    }
+
+    #[test]
+    fn few_or_senseless_points_say_nothing() {
+        let rng = &mut Seed(1).derive("test", 0);
+        assert!(curve(&[], 640.0, &LENSES, 5, rng).is_none());
+        let lost = vec![[Vector2::repeat(f64::NAN); 2]; 50];
+        assert!(curve(&lost, 640.0, &LENSES, 5, rng).is_none());
+    }
+}
