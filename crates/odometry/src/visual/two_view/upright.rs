@@ -105,8 +105,9 @@ fn quartic(level: &[RayPair; 3]) -> [f64; polynomial::DEGREE + 1] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::visual::two_view::essential::Twisted;
     use crate::visual::two_view::{RelativePose, epipolar, five_point, scene};
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{Rotation3, UnitQuaternion};
 
     /// Up in both frames, some direction or other that the turn between them carries over.
     fn ups(seed: u64, truth: &RelativePose) -> [Vector3<f64>; 2] {
@@ -165,8 +166,10 @@ mod tests {
             let [a, b] = ups(seed, &truth);
             let way = 0.7 * seed as f64;
             let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(way.cos(), 0.0, way.sin()) * 0.5f64.to_radians());
-            let poses = solve(&pairs, &[a, tilt * b]).into_iter().filter_map(|e| epipolar::decompose(&e)).flatten();
-            off.push(poses.map(|p| p.rotation.angle_to(&truth.rotation).to_degrees()).fold(f64::INFINITY, f64::min));
+            let poses = solve(&pairs, &[a, tilt * b]).into_iter().filter_map(|e| Twisted::of(&e));
+            let rotations = poses.flat_map(|pose| [pose.rotation, pose.twin()]).map(|m| Rotation3::from_matrix_unchecked(m));
+            let rotations = rotations.map(|r| UnitQuaternion::from_rotation_matrix(&r));
+            off.push(rotations.map(|r| r.angle_to(&truth.rotation).to_degrees()).fold(f64::INFINITY, f64::min));
         }
         off.sort_by(f64::total_cmp);
         // The tilt itself is always in it. The turn about up must make good for it, with pairs whose lever is a third: up to three times.
