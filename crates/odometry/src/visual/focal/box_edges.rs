@@ -68,7 +68,7 @@ impl Needle {
     fn of(segment: &Segment, centre: Vector2<f64>) -> Option<Self> {
         let [a, b] = segment.ends;
         let along = (b - a).try_normalize(1e-6)?;
-        let sigma = (std::f64::consts::SQRT_2 * segment.sigma_px / (b - a).norm()).hypot(BUILT_RAD);
+        let sigma = libm::hypot(std::f64::consts::SQRT_2 * segment.sigma_px / (b - a).norm(), BUILT_RAD);
         Some(Self { middle: 0.5 * (a + b) - centre, along, sigma })
     }
 

@@ -86,7 +86,7 @@ impl Posterior {
         let both = |[a, b]: [Vec<f64>; 2]| a.iter().zip(&b).map(|(a, b)| a + b).collect::<Vec<f64>>();
         let (log, sigma) = moments(&both(sums(None)), logs, prior);
         let spread = jackknife(log, (0..STRETCHES).map(|k| moments(&both(sums(Some(k))), logs, prior).0));
-        let sigma = sigma.hypot(spread).hypot(disagreement(&sums(None), logs, prior)).max(FLOOR);
+        let sigma = libm::hypot(libm::hypot(sigma, spread), disagreement(&sums(None), logs, prior)).max(FLOOR);
         if sigma < LEARNED * prior.1 { Self { log, sigma, said } } else { unknown }
     }
 }
@@ -100,7 +100,7 @@ fn jackknife(log: f64, without: impl Iterator<Item = f64>) -> f64 {
 /// Half of how far the cues are apart, as far as that is more than they admit themselves.
 fn disagreement(sums: &[Vec<f64>; 2], logs: &[f64], prior: (f64, f64)) -> f64 {
     let [(a, sigma_a), (b, sigma_b)] = [0, 1].map(|k: usize| moments(&sums[k], logs, prior));
-    let (apart, admitted) = (a - b, sigma_a.hypot(sigma_b));
+    let (apart, admitted) = (a - b, libm::hypot(sigma_a, sigma_b));
     if sigma_a.max(sigma_b) > LEARNED * prior.1 { 0.0 } else { 0.5 * (apart * apart - admitted * admitted).max(0.0).sqrt() }
 }
 
