@@ -281,7 +281,8 @@ impl<'a> Localizer<'a> {
         if !view.is_empty() {
             self.evidence.add(gain, self.unseen * believed_scale, &self.options.verdict);
         }
-        self.near_past.push(motion.without_drift(self.believed_drift()), &rays, self.options.scale.metres_per_unit);
+        let way_here = if motion.is_jump() { self.begin_anew() } else { motion.without_drift(self.believed_drift()) };
+        self.near_past.push(way_here, &rays, self.options.scale.metres_per_unit);
         // At the prior's scale: runs with other draws then look at the same moments.
         let way_m = self.unseen * self.options.scale.metres_per_unit;
         let due = if self.looks_about() && !rays.is_empty() { self.watch.add(gain, way_m, &self.options.look) } else { None };
@@ -305,6 +306,12 @@ impl<'a> Localizer<'a> {
         self.due = due.map(|due| (due, seed));
         self.updates += 1;
         self.forget(&motion);
+    }
+
+    /// After a jump the walker may be anywhere: the plan is looked over again, by what is seen from here on.
+    fn begin_anew(&mut self) -> Motion {
+        (self.near_past, self.watch) = (Window::default(), Watch::default());
+        Motion::none()
     }
 
     /// Forgets what lies too far back, a quarter of what is remembered at a time.

@@ -25,6 +25,9 @@ pub(crate) struct Motion {
     pub unit_variance: f64,
 }
 
+/// Motions whose end is less known than this, and than they are long, are jumps, units: no gap of odometry that goes on grows so far.
+const JUMP: f64 = 3.0;
+
 impl Motion {
     pub(crate) fn none() -> Self {
         Self { forward: 0.0, left: 0.0, turn_rad: 0.0, covariance: Matrix3::zeros(), length: 0.0, turned_rad: 0.0, unit_variance: 0.0 }
@@ -53,6 +56,12 @@ impl Motion {
             turned_rad: self.turned_rad + next.turned_rad,
             unit_variance: self.unit_variance + next.unit_variance,
         }
+    }
+
+    /// Whether nobody knows where it led, as over a cut of the film: it may have gone round any wall.
+    pub(crate) fn is_jump(&self) -> bool {
+        let variance = self.covariance[(0, 0)].max(self.covariance[(1, 1)]);
+        variance > JUMP.powi(2) && variance > self.length.powi(2)
     }
 
     /// This motion as it would have been without a drift of the heading of so many radians a unit of way.
@@ -199,6 +208,20 @@ mod tests {
                 assert!((sum[(i, j)] - c[(i, j)]).abs() < tolerance, "{sum} against {c}");
             }
         }
+    }
+
+    #[test]
+    fn a_cut_is_a_jump_and_no_gap_is_one() {
+        let with = |sigma: f64, forward: f64| {
+            Motion::of(
+                &Step { covariance: Matrix3::from_diagonal(&Vector3::new(sigma * sigma, sigma * sigma, 9.0)), ..step(forward, 0.0, 0.0) },
+                1.0,
+            )
+        };
+        assert!(with(10.0, 0.0).is_jump(), "nobody filmed");
+        assert!(with(10.0, 0.0).then(&Motion::of(&step(0.3, 0.0, 0.1), 1.0)).is_jump(), "and what follows it is one with it");
+        assert!(!with(1.5, 2.0).is_jump(), "two seconds in the dark");
+        assert!(!with(4.0, 40.0).is_jump(), "a tenth of a long way");
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub(crate) fn predict_and_weigh(
         sampler: MoveSampler::new(motion, &options.noise_floor, options.scale.metres_per_unit),
         chance: Chance::new(seed, "move"),
         walls,
-        leak_nats: libm::log(options.leak.clamp(1e-9, 1.0)) as f32,
+        // Who jumped went another way, and met no wall on this one.
+        leak_nats: if motion.is_jump() { 0.0 } else { libm::log(options.leak.clamp(1e-9, 1.0)) as f32 },
         drift_rad: UNIT_RAD * motion.length as f32,
     };
     let update = Update { mover, view, temper: options.sightings.temper as f32 };

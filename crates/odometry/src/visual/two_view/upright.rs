@@ -167,7 +167,7 @@ mod tests {
             let way = 0.7 * seed as f64;
             let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(way.cos(), 0.0, way.sin()) * 0.5f64.to_radians());
             let poses = solve(&pairs, &[a, tilt * b]).into_iter().filter_map(|e| Twisted::of(&e));
-            let rotations = poses.flat_map(|pose| [pose.rotation, pose.twin()]).map(|m| Rotation3::from_matrix_unchecked(m));
+            let rotations = poses.flat_map(|pose| [pose.rotation, pose.twin()]).map(Rotation3::from_matrix_unchecked);
             let rotations = rotations.map(|r| UnitQuaternion::from_rotation_matrix(&r));
             off.push(rotations.map(|r| r.angle_to(&truth.rotation).to_degrees()).fold(f64::INFINITY, f64::min));
         }
