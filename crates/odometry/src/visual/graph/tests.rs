@@ -358,36 +358,3 @@ fn loops_fill_little() {
     assert!(pattern.blocks() < 2 * 3000, "{} blocks", pattern.blocks());
     assert_eq!(Pattern::new(3000, (1..3000).map(|k| (k - 1, k))).blocks(), 2999);
 }
-
-/// `cargo test --release -p planwalk-odometry --lib -- --ignored --nocapture graph::tests::how_long` prints a row a graph and solver.
-#[test]
-#[ignore = "a measurement"]
-#[expect(clippy::print_stdout, reason = "a measurement is read by people")]
-fn how_long_it_takes() {
-    for (keyframes, loops) in [(300, 10), (300, 50), (3000, 10), (3000, 50)] {
-        // Neighbours only, then pairs within a window of four too.
-        for window in [1, 4] {
-            let truth = corridor(keyframes, if keyframes == 300 { 150 } else { 600 });
-            let meetings = meetings(&truth, 100, 1);
-            let pairs: Vec<_> = (0..loops).map(|k| meetings[k * meetings.len() / loops]).collect();
-            let mut graph = drifted(&truth, &pairs, [0.01, 0.003, 0.003], 1);
-            let mut rng = Seed(1).derive("window", 0);
-            let window_pairs = (0..keyframes).flat_map(|b| (b.saturating_sub(window)..b.saturating_sub(1)).map(move |a| (a, b)));
-            graph.edges.extend(window_pairs.map(|pair| measured(&truth, pair, [0.01, 0.003, 0.003], EdgeKind::Pair, &mut rng)));
-            for solver in SOLVERS {
-                let begin = std::time::Instant::now();
-                let solution = optimise(&graph, &with(solver));
-                let (ms, before) = (begin.elapsed().as_secs_f64() * 1e3, error(&start(&graph), &truth));
-                let after = error(&solution.nodes, &truth);
-                println!(
-                    "{keyframes} keyframes, {loops} loops, {} edges, {solver:?}: {ms:.0} ms, {} iterations, squared {:.0} to {:.0}, \
-                     off by {before:.2} before, {after:.2} after",
-                    graph.edges.len(),
-                    solution.iterations,
-                    solution.squared_before,
-                    solution.squared_after
-                );
-            }
-        }
-    }
-}
