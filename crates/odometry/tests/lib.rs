@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Matrix2, Vector2};
 use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, Solver, VisualOdometry};
 use planwalk_sim::Scene;
 use planwalk_types::{Camera, GrayImage, Seed, Stamp, TrackingState, VideoFrame};
+use rand::RngExt;
 
 /// The demo building of seed 9: a room, a door, a turn. 110 frames are 7 s.
 const SEED: u64 = 9;
@@ -87,6 +88,37 @@ fn a_covered_lens_is_a_gap_and_not_the_end() {
     let truth = scene.truth().get(FRAMES - 1).expect("a truth for every frame").1;
     let off = up(&found.poses[FRAMES - 1].odom_from_camera.iso).angle(&up(&truth.iso));
     assert!(off.to_degrees() < 3.0, "gravity is {}° off", off.to_degrees());
+}
+
+#[test]
+fn the_grain_of_a_blank_wall_says_how_the_camera_turned_before_it() {
+    let scene = Scene::demo(Seed(SEED));
+    let truth = scene.truth();
+    let turned = |from: usize, to: usize| truth[from].1.iso.rotation.inverse() * truth[to].1.iso.rotation;
+    // Where most is turned in ten frames: there, the wall comes up to the lens, with paint of less than one grey value.
+    let first = (40..FRAMES - 15).max_by(|a, b| turned(*a, a + 10).angle().total_cmp(&turned(*b, b + 10).angle())).expect("frames");
+    let paint = |ray: nalgebra::Vector3<f64>| {
+        let wave = |i: f64| (90.0 * ((1.3 * i).sin() * ray.x + (2.1 * i).cos() * ray.y + (0.7 * i).sin() * ray.z) + i).sin();
+        0.25 * (0..40).map(|i| wave(f64::from(i))).sum::<f64>()
+    };
+    let mut noise = Seed(1).derive("noise", 0);
+    let frames = scene.frames().take(first + 12).enumerate().map(|(i, frame)| {
+        let (camera, rotation) = (scene.camera(), truth[i].1.iso.rotation);
+        let mut grain = |u: usize, v: usize| {
+            let sensor = noise.random_range(-3.0..3.0);
+            (150.0 + paint(rotation * camera.ray(u as f64, v as f64)) + sensor).round() as u8
+        };
+        let covered = (first + 1..=first + 10).contains(&i);
+        let image = if covered { GrayImage::from_fn(camera.width, camera.height, &mut grain) } else { frame.image };
+        VideoFrame { stamp: frame.stamp, image }
+    });
+    let found = follow(scene.camera(), frames, Solver::FivePoint).unwrap();
+    let pose = |i: usize| found.poses[i].odom_from_camera.iso.rotation;
+    let off = (pose(first + 2).inverse() * pose(first + 10)).angle_to(&turned(first + 2, first + 10)).to_degrees();
+    let (all, state) = (turned(first + 2, first + 10).angle().to_degrees(), found.poses[first + 6].state);
+    // The first of these pictures has nothing before it to be compared with.
+    assert!(all > 20.0, "{all}° are no turn to speak of");
+    assert!(off < 3.0 && state == TrackingState::RotationOnly, "{off}° off on a turn of {all}°, {state:?}");
 }
 
 #[test]

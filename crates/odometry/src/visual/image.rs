@@ -55,6 +55,11 @@ impl Pyramid {
         }
         Self { levels }
     }
+
+    /// The smallest level.
+    pub fn smallest(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
+    }
 }
 
 /// Half the size: the mean of each 2×2 block of the image smoothed by [1 2 1]/4. Pixel (u, v) of the result is centred on

@@ -1,5 +1,6 @@
 //! From pictures to camera poses: [`image`] ─▶ [`corners`] ─▶ [`track`] ─▶ [`two_view`] ─▶ [`map`]; [`lines`] ─▶ [`axes`] ─▶
-//! [`compass`] hold the rotation; [`focal`] says how long the lens is where nobody does.
+//! [`compass`] hold the rotation; [`turn`], and before blank walls [`grain`], say how the picture as a whole went; [`focal`] says how
+//! long the lens is where nobody does.
 
 pub mod axes;
 pub mod begin;
@@ -7,6 +8,7 @@ pub mod compass;
 pub mod corners;
 mod filter;
 pub mod focal;
+pub mod grain;
 pub mod graph;
 pub mod image;
 pub mod klt;

@@ -4,6 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Camera, GrayImage};
 
 use super::corners::{self, CornerOptions};
+use super::grain;
 use super::image::{Level, Pyramid};
 use super::klt::{self, KltOptions};
 use super::lines::{self, Edge, Segment};
@@ -34,18 +35,22 @@ const LEVELS: usize = 4;
 /// Correlation over which two small pictures show the same.
 const ALIKE: f64 = 0.85;
 
-/// A turn from one frame to the next that is more than a glance begins or ends with: 4°.
-const FAST_TURN_RAD: f64 = 0.07;
+/// Share of the points up to which they count as lost, and then are looked for wherever a head may have turned.
+const LOST: f64 = 0.35;
+/// How far a point may be from where a turn alone has it: a step past something near.
+const NEAR_RAD: f64 = 0.07;
 
-/// The turn from the last picture to this one. A head in the middle of a glance speeds up or slows down by more than what is found
-/// from the expected turn: where neither that nor none aligns the pictures, shares of it are tried.
-fn turned(camera: &Camera, last: &SmallPicture, now: &SmallPicture, expected: &UnitQuaternion<f64>) -> Option<Turn> {
+/// The turns from the last picture to this one, the best first: the expected one or none, improved; where neither aligns the pictures,
+/// all that a head can make. A head in the middle of a glance speeds up or slows down by more than what is found from the expected turn.
+fn turned(camera: &Camera, last: &SmallPicture, now: &SmallPicture, expected: &UnitQuaternion<f64>) -> Vec<Turn> {
     let usual = turn::align(camera, last, now, &[*expected, UnitQuaternion::identity()]);
-    if usual.is_some_and(|t| t.correlation > ALIKE) || expected.angle() < FAST_TURN_RAD {
-        return usual;
+    if usual.is_some_and(|t| t.correlation > ALIKE) {
+        return usual.into_iter().collect();
     }
-    let shares = [0.5, 1.5, 2.0].map(|share| UnitQuaternion::from_scaled_axis(expected.scaled_axis() * share));
-    turn::align(camera, last, now, &shares).into_iter().chain(usual).max_by(|a, b| a.correlation.total_cmp(&b.correlation))
+    let mut turns = turn::search(camera, last, now);
+    turns.extend(usual);
+    turns.sort_by(|a, b| b.correlation.total_cmp(&a.correlation));
+    turns
 }
 
 /// The newest picture.
@@ -66,6 +71,7 @@ pub struct Tracker {
     tracks: Vec<Track>,
     next_id: u64,
     likeness: Option<f64>,
+    leap: Option<UnitQuaternion<f64>>,
 }
 
 impl Tracker {
@@ -73,7 +79,7 @@ impl Tracker {
     pub fn new(camera: Camera) -> Self {
         // A cell a twentieth of the width: up to 300 corners at 4:3, whatever the resolution.
         let corners = CornerOptions { cell_px: (camera.width / 20).max(12), ..CornerOptions::default() };
-        Self { camera, corners, klt: KltOptions::default(), last: None, tracks: Vec::new(), next_id: 0, likeness: None }
+        Self { camera, corners, klt: KltOptions::default(), last: None, tracks: Vec::new(), next_id: 0, likeness: None, leap: None }
     }
 
     /// The points that are followed now.
@@ -90,25 +96,67 @@ impl Tracker {
         predict: impl FnOnce(Option<UnitQuaternion<f64>>) -> P,
     ) {
         let next = Pyramid::new(image, LEVELS);
-        let small = SmallPicture::new(&next.levels[next.levels.len() - 1], image.width());
-        let turn = self.last.as_ref().and_then(|last| turned(&self.camera, &last.small, &small, &expected_turn));
+        let small = SmallPicture::new(next.smallest(), image.width());
+        let turns = self.last.as_ref().map_or_else(Vec::new, |last| turned(&self.camera, &last.small, &small, &expected_turn));
+        let turn = turns.first();
         self.likeness = turn.map(|t| t.correlation);
         let mut predict = predict(turn.filter(|t| t.correlation > ALIKE).map(|t| t.now_from_last));
-        if let Some(Seen { pyramid: last, .. }) = &self.last {
-            let mut kept = Vec::with_capacity(self.tracks.len());
-            for track in &self.tracks {
-                let guess = predict(track).unwrap_or(track.pixel);
-                let found = klt::follow(last, &next, track.pixel, guess, &self.klt);
-                // A prediction may be worse than none, when the head stops turning.
-                let found = found.or_else(|| klt::follow(last, &next, track.pixel, track.pixel, &self.klt));
-                if let Some(pixel) = found {
-                    kept.push(Track { pixel, ray: self.camera.ray(pixel.0, pixel.1), age: track.age + 1, ..*track });
-                }
+        self.leap = None;
+        if let Some(last) = &self.last {
+            let kept = self.followed(&last.pyramid, &next, |track| predict(track));
+            let alike = turn.is_some_and(|t| t.correlation > ALIKE);
+            if let Some((turn, again)) = self.leapt(last, &next, &turns, kept.len()) {
+                (self.leap, self.tracks) = (Some(turn), again);
+            } else {
+                let blank = kept.len() < FEW && !alike;
+                let grain = || grain::turn(&self.camera, last.pyramid.smallest(), next.smallest());
+                self.leap = blank.then(grain).flatten().map(|t| t.now_from_last);
+                self.tracks = kept;
             }
-            self.tracks = kept;
             self.drop_crowded();
         }
         self.last = Some(Seen { view: View::of(&next), pyramid: next, small });
+    }
+
+    /// All points that are found in the next picture, each looked for where it is predicted, else where it was.
+    fn followed(&self, last: &Pyramid, next: &Pyramid, mut predict: impl FnMut(&Track) -> Option<(f64, f64)>) -> Vec<Track> {
+        let follow = |track: &Track| {
+            let guess = predict(track).unwrap_or(track.pixel);
+            let found = klt::follow(last, next, track.pixel, guess, &self.klt);
+            // A prediction may be worse than none, when the head stops turning.
+            let pixel = found.or_else(|| klt::follow(last, next, track.pixel, track.pixel, &self.klt))?;
+            Some(Track { pixel, ray: self.camera.ray(pixel.0, pixel.1), age: track.age + 1, ..*track })
+        };
+        self.tracks.iter().filter_map(follow).collect()
+    }
+
+    /// Where most points were lost, but not by a turn that was looked for: the turn by which most of them are found again, and they.
+    fn leapt(&self, last: &Seen, next: &Pyramid, turns: &[Turn], kept: usize) -> Option<(UnitQuaternion<f64>, Vec<Track>)> {
+        if self.tracks.len() < FEW || kept as f64 > LOST * self.tracks.len() as f64 {
+            return None;
+        }
+        let again = turns.iter().map(|Turn { now_from_last: turn, .. }| {
+            let found = self.followed(&last.pyramid, next, |track| self.camera.project(&(turn * track.ray)).map(|p| (p.x, p.y)));
+            // What was found elsewhere than that turn has it did not turn with the rest.
+            let with: Vec<Track> =
+                found.into_iter().filter(|t| self.tracks.iter().any(|b| b.id == t.id && (turn * b.ray).angle(&t.ray) < NEAR_RAD)).collect();
+            let in_view = self.tracks.iter().filter(|t| self.sees(&(turn * t.ray))).count();
+            (*turn, in_view, with)
+        });
+        let (turn, in_view, with) = again.max_by_key(|(_, _, with)| with.len())?;
+        (with.len() >= FEW.max(2 * kept) && with.len() as f64 > LOST * in_view as f64).then_some((turn, with))
+    }
+
+    /// Whether a ray lies in the picture.
+    fn sees(&self, ray: &Vector3<f64>) -> bool {
+        let (width, height) = (self.camera.width as f64, self.camera.height as f64);
+        self.camera.project(ray).is_some_and(|p| p.x >= 0.0 && p.y >= 0.0 && p.x < width && p.y < height)
+    }
+
+    /// The turn (`now ← last`) by which points were found again that the expected one had lost, or that a blank wall's grain made, if it
+    /// took either to tell.
+    pub fn leap(&self) -> Option<UnitQuaternion<f64>> {
+        self.leap
     }
 
     /// How the newest picture is.
@@ -177,5 +225,53 @@ impl Tracker {
     /// Stops following these.
     pub fn drop_tracks(&mut self, mut dead: impl FnMut(TrackId) -> bool) {
         self.tracks.retain(|t| !dead(t.id));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a camera turned by `world_from_camera` sees of a far world of squares of all greys, half a metre wide at ten metres.
+    fn squares(camera: &Camera, world_from_camera: &UnitQuaternion<f64>) -> GrayImage {
+        GrayImage::from_fn(camera.width, camera.height, |u, v| {
+            let ray = world_from_camera * camera.ray(u as f64, v as f64);
+            let (a, b) = ((20.0 * ray.x / ray.z).floor() as i64, (20.0 * ray.y / ray.z).floor() as i64);
+            (60 + (a * 7919 + b * 104_729 + a * b * 31).rem_euclid(151)) as u8
+        })
+    }
+
+    fn tracker_of(camera: &Camera, image: &GrayImage) -> Tracker {
+        let mut tracker = Tracker::new(camera.clone());
+        tracker.advance(image, UnitQuaternion::identity(), |_| |_: &Track| None);
+        tracker.replenish();
+        tracker
+    }
+
+    #[test]
+    fn a_head_that_leaps_loses_no_more_points_than_leave_the_picture() {
+        let camera = Camera::phone_prior(640, 480);
+        let mut tracker = tracker_of(&camera, &squares(&camera, &UnitQuaternion::identity()));
+        let before = tracker.tracks().to_vec();
+        // 14° between two pictures, after standing still: 130 px, which no pyramid bridges.
+        let turned = UnitQuaternion::from_scaled_axis(Vector3::new(0.02, 0.25, 0.0));
+        tracker.advance(&squares(&camera, &turned), UnitQuaternion::identity(), |_| |_: &Track| None);
+        let leap = tracker.leap().expect("the leap is told");
+        assert!(leap.angle_to(&turned.inverse()) < 0.03, "half a small pixel: {}", leap.scaled_axis());
+        let in_view = before.iter().filter(|t| tracker.sees(&(turned.inverse() * t.ray))).count();
+        let right = |t: &&Track| before.iter().any(|b| b.id == t.id && (turned.inverse() * b.ray).angle(&t.ray) < 2e-3);
+        let kept = tracker.tracks().iter().filter(right).count();
+        // Patches at the border are lost, and those that the lens has stretched.
+        assert!(2 * kept > in_view, "{kept} of {in_view} points that stay in the picture are where they must be");
+        assert!(tracker.likeness().is_some_and(|l| l > ALIKE), "and this is no cut");
+    }
+
+    #[test]
+    fn another_picture_is_no_leap() {
+        let camera = Camera::phone_prior(640, 480);
+        let mut tracker = tracker_of(&camera, &squares(&camera, &UnitQuaternion::identity()));
+        let elsewhere = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 1.2, 0.0));
+        tracker.advance(&squares(&camera, &elsewhere), UnitQuaternion::identity(), |_| |_: &Track| None);
+        assert_eq!(tracker.leap(), None);
     }
 }

@@ -16,11 +16,15 @@ const WIDTH: usize = 48;
 /// Contrast under which a small picture shows nothing, grey values (root mean square about the mean): a blank wall's noise, and
 /// the blocks that a codec made of it, which stay where they are in the picture and align perfectly with themselves.
 const LEAST_CONTRAST: f64 = 4.0;
+/// The same of a picture's grain: under it, grey values that are whole numbers leave nothing.
+const LEAST_GRAIN: f64 = 0.1;
 
 /// A small picture, and where each of its pixels looks.
 #[derive(Debug, Clone)]
 pub struct SmallPicture {
     level: Level,
+    /// Contrast under which it shows nothing, grey values.
+    least_contrast: f64,
     /// Full-size pixels per pixel of the level.
     shrink: f64,
 }
@@ -34,7 +38,13 @@ impl SmallPicture {
         }
         let level = blurred(&level);
         let shrink = full_width as f64 / level.width as f64;
-        Self { level, shrink }
+        Self { level, least_contrast: LEAST_CONTRAST, shrink }
+    }
+
+    /// Of the grain of a picture whose full size is `full_width` wide.
+    pub(super) fn of_grain(level: Level, full_width: usize) -> Self {
+        let shrink = full_width as f64 / level.width as f64;
+        Self { level, least_contrast: LEAST_GRAIN, shrink }
     }
 
     /// Level pixel of a full-size pixel, and back.
@@ -86,6 +96,46 @@ pub fn align(camera: &Camera, last: &SmallPicture, now: &SmallPicture, guesses: 
     turns.max_by(|a, b| a.correlation.total_cmp(&b.correlation))
 }
 
+/// Correlation of the left and the right half of the last picture after this turn; `None` where a half is out of view.
+pub(super) fn halves(camera: &Camera, last: &SmallPicture, now: &SmallPicture, turn: &UnitQuaternion<f64>) -> Option<[f64; 2]> {
+    let (left, right): (Vec<_>, Vec<_>) = samples(camera, last).into_iter().partition(|s| (turn * s.ray).x + s.ray.x < 0.0);
+    Some([correlate(camera, &left, now, turn)?.correlation, correlate(camera, &right, now, turn)?.correlation])
+}
+
+/// Turns that are looked through by [`search`]: to the sides by up to so many steps, up and down by so many; 3° each, which is within
+/// a step's basin.
+const STEP_RAD: f64 = 0.052;
+const ASIDE: i32 = 9;
+const UP_AND_DOWN: i32 = 2;
+/// Of the small picture's pixels, every so many-th is compared before any guess is improved.
+const SPARSE: usize = 3;
+/// Turns that are found at most.
+const FOUND: usize = 3;
+
+/// The turns, of all that a head can make between two pictures, that align them best: up to three that differ, the best first.
+pub fn search(camera: &Camera, last: &SmallPicture, now: &SmallPicture) -> Vec<Turn> {
+    let samples = samples(camera, last);
+    let hessian: Matrix3<f64> = samples.iter().map(|s| s.by_turn * s.by_turn.transpose()).sum();
+    let Some(inverse) = hessian.try_inverse() else { return Vec::new() };
+    let sparse: Vec<&Sample> = samples.iter().step_by(SPARSE).collect();
+    let guess = |(aside, up): (i32, i32)| {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(f64::from(up), f64::from(aside), 0.0) * STEP_RAD);
+        Some((correlate(camera, &sparse, now, &turn)?.correlation, turn))
+    };
+    let all = (-ASIDE..=ASIDE).flat_map(|aside| (-UP_AND_DOWN..=UP_AND_DOWN).map(move |up| (aside, up)));
+    let mut guesses: Vec<(f64, UnitQuaternion<f64>)> = all.filter_map(guess).collect();
+    guesses.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut starts: Vec<UnitQuaternion<f64>> = Vec::new();
+    for (_, turn) in guesses {
+        if starts.len() < FOUND && starts.iter().all(|s| s.angle_to(&turn) > 1.5 * STEP_RAD) {
+            starts.push(turn);
+        }
+    }
+    let mut found: Vec<Turn> = starts.iter().filter_map(|start| descend(camera, &samples, &inverse, now, *start)).collect();
+    found.sort_by(|a, b| b.correlation.total_cmp(&a.correlation));
+    found
+}
+
 fn samples(camera: &Camera, picture: &SmallPicture) -> Vec<Sample> {
     let level = &picture.level;
     let mut samples = Vec::with_capacity(level.width * level.height);
@@ -115,32 +165,49 @@ fn projection_slope(camera: &Camera, ray: &Vector3<f64>, pixel: &Vector2<f64>) -
     Some(slope)
 }
 
+/// How alike two pictures are after a turn, and where more of it lies.
+struct Comparison {
+    correlation: f64,
+    gradient: Vector3<f64>,
+    count: f64,
+}
+
+/// `None` where less than two fifths of the picture is in common, or where that shows nothing.
+fn correlate<'s>(
+    camera: &Camera,
+    samples: &'s [impl std::borrow::Borrow<Sample> + 's],
+    now: &SmallPicture,
+    turn: &UnitQuaternion<f64>,
+) -> Option<Comparison> {
+    let samples = samples.iter().map(std::borrow::Borrow::borrow);
+    let all = samples.len();
+    let pairs: Vec<(&Sample, f64)> = samples.filter_map(|s| Some((s, look(camera, now, &(turn * s.ray))?))).collect();
+    if 5 * pairs.len() < 2 * all {
+        return None;
+    }
+    let count = pairs.len() as f64;
+    let mean_last = pairs.iter().map(|(s, _)| s.value).sum::<f64>() / count;
+    let mean_now = pairs.iter().map(|(_, v)| v).sum::<f64>() / count;
+    let (mut gradient, mut both, mut last2, mut now2) = (Vector3::zeros(), 0.0, 1e-9, 1e-9);
+    for (sample, value) in &pairs {
+        let (a, b) = (sample.value - mean_last, value - mean_now);
+        gradient += sample.by_turn * (b - a);
+        both += a * b;
+        last2 += a * a;
+        now2 += b * b;
+    }
+    let shows = last2.min(now2) >= now.least_contrast.powi(2) * count;
+    shows.then(|| Comparison { correlation: both / (last2 * now2).sqrt(), gradient, count })
+}
+
 /// Gauss–Newton from one guess.
 fn descend(camera: &Camera, samples: &[Sample], inverse: &Matrix3<f64>, now: &SmallPicture, guess: UnitQuaternion<f64>) -> Option<Turn> {
     let mut turn = guess;
     let mut correlation = -1.0;
     for _ in 0..12 {
-        let pairs: Vec<(&Sample, f64)> = samples.iter().filter_map(|s| Some((s, look(camera, now, &(turn * s.ray))?))).collect();
-        // Less than two fifths of the picture in common is no comparison.
-        if 5 * pairs.len() < 2 * samples.len() {
-            return None;
-        }
-        let count = pairs.len() as f64;
-        let mean_last = pairs.iter().map(|(s, _)| s.value).sum::<f64>() / count;
-        let mean_now = pairs.iter().map(|(_, v)| v).sum::<f64>() / count;
-        let (mut gradient, mut both, mut last2, mut now2) = (Vector3::zeros(), 0.0, 1e-9, 1e-9);
-        for (sample, value) in &pairs {
-            let (a, b) = (sample.value - mean_last, value - mean_now);
-            gradient += sample.by_turn * (b - a);
-            both += a * b;
-            last2 += a * a;
-            now2 += b * b;
-        }
-        if last2.min(now2) < LEAST_CONTRAST.powi(2) * count {
-            return None;
-        }
-        correlation = both / (last2 * now2).sqrt();
-        let step = inverse * gradient * (samples.len() as f64 / count);
+        let compared = correlate(camera, samples, now, &turn)?;
+        correlation = compared.correlation;
+        let step = inverse * compared.gradient * (samples.len() as f64 / compared.count);
         let step = step * (0.2 / step.norm().max(0.2));
         turn *= UnitQuaternion::from_scaled_axis(step).inverse();
         if step.norm() < 2e-4 {

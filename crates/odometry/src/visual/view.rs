@@ -30,7 +30,7 @@ impl View {
     /// Of a picture's pyramid.
     pub fn of(pyramid: &Pyramid) -> Self {
         let levels = &pyramid.levels;
-        let small = &levels[levels.len() - 1];
+        let small = pyramid.smallest();
         let count = small.data.len().max(1) as f64;
         let light = small.data.iter().map(|p| f64::from(*p)).sum::<f64>() / count;
         let square = small.data.iter().map(|p| (f64::from(*p) - light).powi(2)).sum::<f64>() / count;

@@ -87,7 +87,7 @@ const CUT_LIKENESS: f64 = 0.75;
 const CUT_POINTS: usize = 30;
 /// A head that turns faster than this may leave all behind by itself from one frame to the next.
 const CUT_TURN_RAD_S: f64 = 1.0;
-const CUT_FOLLOWED: f64 = 0.1;
+const CUT_FOLLOWED: f64 = 0.15;
 /// A keyframe's rotation is as the building's edges say within this.
 const SOUND_RAD: f64 = 0.05;
 /// Strikes in a row after which a point is taken to move by itself.
@@ -126,7 +126,9 @@ impl VisualOdometry {
     /// [`OdometryError::SizeChanged`] and [`OdometryError::StampsGoBack`]; the frame is then ignored and the next may be pushed.
     pub fn push(&mut self, frame: &VideoFrame) -> Result<FrameReport, OdometryError> {
         self.check(frame)?;
-        if self.repeats.is_repeat(&frame.image) && matches!(self.stage, Stage::Tracking(_)) {
+        // Where nothing is followed, pictures that are alike are a blank wall's.
+        let follows = self.tracker.tracks().len() >= FEW && matches!(self.stage, Stage::Tracking(_));
+        if self.repeats.is_repeat(&frame.image) && follows {
             return Ok(self.repeat(frame.stamp));
         }
         let mut predicted = match &self.stage {
@@ -182,7 +184,7 @@ impl VisualOdometry {
     /// the prediction first.
     ///
     /// Returns whether the pictures were alike enough to tell a turn.
-    fn follow(&mut self, frame: &VideoFrame, predicted: Option<&mut pose::PosePrior>) -> bool {
+    fn follow(&mut self, frame: &VideoFrame, mut predicted: Option<&mut pose::PosePrior>) -> bool {
         let (map, camera) = (&self.map, &self.camera);
         let last = match &self.stage {
             Stage::Tracking(motion) => motion.pose.rotation,
@@ -191,7 +193,7 @@ impl VisualOdometry {
         let expected_turn = predicted.as_ref().map_or_else(UnitQuaternion::identity, |prior| prior.pose.rotation.inverse() * last);
         let mut turn_seen = false;
         self.tracker.advance(&frame.image, expected_turn, |turn| {
-            let prior = predicted.map(|prior| {
+            let prior = predicted.as_deref_mut().map(|prior| {
                 // A head that leaps is a picture that deceives: a person before the lens, or a codec's blocks on a blank wall.
                 let believed = |turn: &UnitQuaternion<f64>| turn.angle_to(&expected_turn) < LEAP * prior.sigma_turn_rad;
                 if let Some(now_from_last) = turn.filter(believed) {
@@ -213,6 +215,11 @@ impl VisualOdometry {
                 inside.then_some((pixel.x, pixel.y))
             }
         });
+        if let (Some(turn), Some(prior)) = (self.tracker.leap(), predicted) {
+            prior.pose.rotation = last * turn.inverse();
+            prior.sigma_turn_rad = prior.sigma_turn_rad.min(0.04);
+            turn_seen = true;
+        }
         turn_seen
     }
 
@@ -259,7 +266,7 @@ impl VisualOdometry {
         self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers, repeat: false, quality, blind });
         self.drop_movers();
         if let Stage::Tracking(motion) = &mut self.stage {
-            motion.go_on(stamp, fit.pose, state, inliers >= FEW);
+            motion.go_on(stamp, fit.pose, state, inliers >= FEW || self.tracker.leap().is_some());
         }
         let fix = self.steer(edges, &fit.pose.rotation, inliers);
         let Stage::Tracking(Motion { pose: now, .. }) = self.stage else { return };
