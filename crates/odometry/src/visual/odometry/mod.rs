@@ -80,13 +80,8 @@ pub struct VisualOdometry {
 const FIRST_PARALLAX_RAD: f64 = 0.018;
 /// Turns of the whole picture that differ from the expected one by more standard deviations are not believed.
 const LEAP: f64 = 3.0;
-/// Two pictures are parted by a cut if they correlate by less than this however they are turned, and of this many points less than
-/// this share is followed from one to the other. (Uncut clips have 0.82 and more where so many points are lost, cut ones 0.45 to 0.65:
-/// rooms are alike.)
-const CUT_LIKENESS: f64 = 0.75;
+/// Two pictures are parted by a cut if no turn makes one of the other, and of this many points less than this share is followed.
 const CUT_POINTS: usize = 30;
-/// A head that turns faster than this may leave all behind by itself from one frame to the next.
-const CUT_TURN_RAD_S: f64 = 1.0;
 const CUT_FOLLOWED: f64 = 0.15;
 /// A keyframe's rotation is as the building's edges say within this.
 const SOUND_RAD: f64 = 0.05;
@@ -277,13 +272,8 @@ impl VisualOdometry {
 
     /// Whether the newest picture has nothing in common with the one before it, though both show enough to follow.
     fn is_cut(&self, points_before: usize) -> bool {
-        let Stage::Tracking(motion) = &self.stage else { return false };
-        let followed = self.tracker.tracks().len();
-        let unlike = self.tracker.likeness().is_some_and(|likeness| likeness < CUT_LIKENESS);
-        unlike
-            && motion.turn_rate.norm() < CUT_TURN_RAD_S
-            && points_before >= CUT_POINTS
-            && (followed as f64) < CUT_FOLLOWED * points_before as f64
+        let followed = self.tracker.tracks().len() as f64;
+        self.tracker.parted() && points_before >= CUT_POINTS && followed < CUT_FOLLOWED * points_before as f64
     }
 
     /// Goes on after a cut: same path, same map's frame, but nothing that was followed is there any more.
