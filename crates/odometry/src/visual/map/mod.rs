@@ -65,6 +65,12 @@ impl Landmark {
     pub fn has_depth(&self) -> bool {
         knows_depth(self.rho, self.sigma_rho)
     }
+
+    /// Its unit ray in this keyframe, if it was seen there.
+    pub fn ray_in(&self, keyframe: KeyframeId) -> Option<Vector3<f64>> {
+        let seen = || self.seen.iter().rev().find(|s| s.0 == keyframe).map(|s| s.1);
+        if self.anchor == keyframe { Some(self.ray) } else { seen() }
+    }
 }
 
 /// Whether a distance is known well enough to measure translation by.

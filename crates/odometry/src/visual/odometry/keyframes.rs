@@ -81,11 +81,8 @@ impl VisualOdometry {
     /// Points that break the epipolar geometry of the last two keyframes get a strike: most likely they move by themselves.
     fn strike_movers(&mut self, id: KeyframeId) {
         let before = KeyframeId(id.0 - 1);
-        let ray_in = |l: &Landmark, k: KeyframeId| {
-            if l.anchor == k { Some(l.ray) } else { l.seen.iter().rev().find(|s| s.0 == k).map(|s| s.1) }
-        };
         let pairs: Vec<(TrackId, RayPair)> = (self.map.landmarks.iter())
-            .filter_map(|(track, l)| Some((*track, RayPair { a: ray_in(l, before)?, b: ray_in(l, id)? })))
+            .filter_map(|(track, l)| Some((*track, RayPair { a: l.ray_in(before)?, b: l.ray_in(id)? })))
             .collect();
         let rays: Vec<RayPair> = pairs.iter().map(|p| p.1).collect();
         let options = two_view_options(&self.camera, &self.options);

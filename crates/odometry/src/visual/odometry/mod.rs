@@ -27,7 +27,7 @@ use crate::visual::posed::{Posed, place};
 use crate::visual::repeat::Repeats;
 use crate::visual::track::{FEW, Track, TrackId, Tracker};
 use crate::visual::two_view::rotation::median;
-use crate::visual::two_view::{RelativePoseOptions, Solver};
+use crate::visual::two_view::{RayPair, RelativePoseOptions, RotationOptions, Solver, estimate_rotation};
 use crate::visual::view::Views;
 
 /// Options of [`VisualOdometry`].
@@ -85,6 +85,12 @@ const CUT_POINTS: usize = 30;
 const CUT_FOLLOWED: f64 = 0.15;
 /// A keyframe's rotation is as the building's edges say within this.
 const SOUND_RAD: f64 = 0.05;
+/// For how long a view must stay for the walker to stand, seconds; how many points must be in it, by how many of their standard deviations
+/// they may stray, and which share of them must not: the others are people.
+const STANDS_S: f64 = 0.25;
+const STANDS_POINTS: usize = 20;
+const STANDS_SIGMAS: f64 = 0.5;
+const STANDS_SHARE: f64 = 0.6;
 /// Strikes in a row after which a point is taken to move by itself.
 const STRIKES: u32 = 3;
 
@@ -141,6 +147,9 @@ impl VisualOdometry {
             Some(mut prior) => {
                 let edges = self.tracker.edges();
                 prior.fix = self.compass.fix(&edges, &prior.pose.rotation);
+                if self.stands(frame.stamp) {
+                    self.stand(&mut prior);
+                }
                 self.track(frame.stamp, &prior, turn_seen, &edges);
             }
             None => self.begin(frame.stamp),
@@ -268,6 +277,28 @@ impl VisualOdometry {
         if self.wants_keyframe(&now) {
             self.add_keyframe(stamp, now, fix);
         }
+    }
+
+    /// Whether all that is in view stays where it is but for a turn, which nothing indoors does when somebody walks.
+    fn stands(&self, stamp: Stamp) -> bool {
+        let Some(since) = self.map.keyframes.iter().rposition(|k| stamp.secs_since(k.stamp) >= STANDS_S).map(KeyframeId) else { return false };
+        let then = |t: &Track| self.map.landmarks.get(&t.id)?.ray_in(since);
+        let pairs: Vec<RayPair> = self.tracker.tracks().iter().filter_map(|t| Some(RayPair { a: then(t)?, b: t.ray })).collect();
+        if pairs.len() < STANDS_POINTS {
+            return false;
+        }
+        let options = RotationOptions { max_angle_rad: STANDS_SIGMAS * self.sigma_rad(), ..RotationOptions::default() };
+        let fit = estimate_rotation(&pairs, &options, &mut self.options.seed.derive("stands", self.posed.len() as u64));
+        let still = fit.map_or(0, |fit| fit.inliers.iter().filter(|i| **i).count());
+        still as f64 > STANDS_SHARE * pairs.len() as f64
+    }
+
+    /// Whoever stands is where he was.
+    fn stand(&mut self, prior: &mut pose::PosePrior) {
+        let Stage::Tracking(motion) = &mut self.stage else { return };
+        motion.velocity = Vector3::zeros();
+        prior.pose.translation = motion.pose.translation;
+        prior.sigma_move *= 0.1;
     }
 
     /// Whether the newest picture has nothing in common with the one before it, though both show enough to follow.
