@@ -6,10 +6,11 @@
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
 
 mod keyframes;
+mod stand;
 mod start;
 mod unit;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Camera, Seed, Stamp, TrackingState, VideoFrame};
@@ -27,7 +28,7 @@ use crate::visual::posed::{Posed, place};
 use crate::visual::repeat::Repeats;
 use crate::visual::track::{FEW, Track, TrackId, Tracker};
 use crate::visual::two_view::rotation::median;
-use crate::visual::two_view::{RayPair, RelativePoseOptions, RotationOptions, Solver, estimate_rotation};
+use crate::visual::two_view::{RelativePoseOptions, Solver};
 use crate::visual::view::Views;
 
 /// Options of [`VisualOdometry`].
@@ -70,6 +71,8 @@ pub struct VisualOdometry {
     unit_lost: Option<KeyframeId>,
     /// Where the unit was lost before the floor was known.
     first_unit_ends: Option<KeyframeId>,
+    /// Where the points were seen in the last quarter of a second, frame by frame.
+    recent: VecDeque<(Stamp, BTreeMap<TrackId, Vector3<f64>>)>,
     seen_points: Vec<SeenPoint>,
     most_tracks: usize,
     /// Points followed when the newest keyframe was taken.
@@ -85,12 +88,6 @@ const CUT_POINTS: usize = 30;
 const CUT_FOLLOWED: f64 = 0.15;
 /// A keyframe's rotation is as the building's edges say within this.
 const SOUND_RAD: f64 = 0.05;
-/// For how long a view must stay for the walker to stand, seconds; how many points must be in it, by how many of their standard deviations
-/// they may stray, and which share of them must not: the others are people.
-const STANDS_S: f64 = 0.25;
-const STANDS_POINTS: usize = 20;
-const STANDS_SIGMAS: f64 = 0.5;
-const STANDS_SHARE: f64 = 0.6;
 /// Strikes in a row after which a point is taken to move by itself.
 const STRIKES: u32 = 3;
 
@@ -110,6 +107,7 @@ impl VisualOdometry {
             compass: Compass::default(),
             unit_lost: None,
             first_unit_ends: None,
+            recent: VecDeque::new(),
             seen_points: Vec::new(),
             most_tracks: 0,
             tracks_at_keyframe: 0,
@@ -150,6 +148,7 @@ impl VisualOdometry {
                 if self.stands(frame.stamp) {
                     self.stand(&mut prior);
                 }
+                self.remember_rays(frame.stamp);
                 self.track(frame.stamp, &prior, turn_seen, &edges);
             }
             None => self.begin(frame.stamp),
@@ -277,28 +276,6 @@ impl VisualOdometry {
         if self.wants_keyframe(&now) {
             self.add_keyframe(stamp, now, fix);
         }
-    }
-
-    /// Whether all that is in view stays where it is but for a turn, which nothing indoors does when somebody walks.
-    fn stands(&self, stamp: Stamp) -> bool {
-        let Some(since) = self.map.keyframes.iter().rposition(|k| stamp.secs_since(k.stamp) >= STANDS_S).map(KeyframeId) else { return false };
-        let then = |t: &Track| self.map.landmarks.get(&t.id)?.ray_in(since);
-        let pairs: Vec<RayPair> = self.tracker.tracks().iter().filter_map(|t| Some(RayPair { a: then(t)?, b: t.ray })).collect();
-        if pairs.len() < STANDS_POINTS {
-            return false;
-        }
-        let options = RotationOptions { max_angle_rad: STANDS_SIGMAS * self.sigma_rad(), ..RotationOptions::default() };
-        let fit = estimate_rotation(&pairs, &options, &mut self.options.seed.derive("stands", self.posed.len() as u64));
-        let still = fit.map_or(0, |fit| fit.inliers.iter().filter(|i| **i).count());
-        still as f64 > STANDS_SHARE * pairs.len() as f64
-    }
-
-    /// Whoever stands is where he was.
-    fn stand(&mut self, prior: &mut pose::PosePrior) {
-        let Stage::Tracking(motion) = &mut self.stage else { return };
-        motion.velocity = Vector3::zeros();
-        prior.pose.translation = motion.pose.translation;
-        prior.sigma_move *= 0.1;
     }
 
     /// Whether the newest picture has nothing in common with the one before it, though both show enough to follow.
