@@ -18,6 +18,7 @@ mod motion;
 pub mod odometry;
 pub mod outcome;
 mod posed;
+pub mod recall;
 mod repeat;
 pub mod track;
 pub mod turn;

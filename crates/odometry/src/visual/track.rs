@@ -8,6 +8,7 @@ use super::grain;
 use super::image::{Level, Pyramid};
 use super::klt::{self, KltOptions};
 use super::lines::{self, Edge, Segment};
+use super::recall::descriptor::{Descriptor, Pattern};
 use super::turn::{self, SmallPicture, Turn};
 use super::view::View;
 
@@ -154,7 +155,7 @@ impl Tracker {
     }
 
     /// Whether a ray lies in the picture.
-    fn sees(&self, ray: &Vector3<f64>) -> bool {
+    pub fn sees(&self, ray: &Vector3<f64>) -> bool {
         let (width, height) = (self.camera.width as f64, self.camera.height as f64);
         self.camera.project(ray).is_some_and(|p| p.x >= 0.0 && p.y >= 0.0 && p.x < width && p.y < height)
     }
@@ -201,14 +202,32 @@ impl Tracker {
         let Some(Seen { pyramid: last, .. }) = &self.last else { return Vec::new() };
         let taken: Vec<(f64, f64)> = self.tracks.iter().map(|t| t.pixel).collect();
         let found = corners::detect(&last.levels[0], &taken, &self.corners);
-        let fresh: Vec<Track> = found
-            .into_iter()
-            .zip(self.next_id..)
-            .map(|(pixel, id)| Track { id: TrackId(id), pixel, ray: self.camera.ray(pixel.0, pixel.1), age: 0 })
-            .collect();
+        self.follow_from(&found)
+    }
+
+    /// Follows what is at these pixels from now on; returns the new tracks.
+    pub fn follow_from(&mut self, pixels: &[(f64, f64)]) -> Vec<Track> {
+        let track = |(pixel, id): (&(f64, f64), u64)| Track { id: TrackId(id), pixel: *pixel, ray: self.camera.ray(pixel.0, pixel.1), age: 0 };
+        let fresh: Vec<Track> = pixels.iter().zip(self.next_id..).map(track).collect();
         self.next_id += fresh.len() as u64;
         self.tracks.extend(&fresh);
         fresh
+    }
+
+    /// Corners beside the followed points, more than would be followed: what was lost may be any of them. Pixels and unit rays.
+    pub fn unfollowed(&self) -> Vec<((f64, f64), Vector3<f64>)> {
+        let Some(Seen { pyramid: last, .. }) = &self.last else { return Vec::new() };
+        let taken: Vec<(f64, f64)> = self.tracks.iter().map(|t| t.pixel).collect();
+        let dense = CornerOptions { cell_px: self.corners.cell_px / 2, ..self.corners };
+        let found = corners::detect(&last.levels[0], &taken, &dense);
+        found.into_iter().map(|pixel| (pixel, self.camera.ray(pixel.0, pixel.1))).collect()
+    }
+
+    /// How these pixels of the newest picture look to a camera that leans by so much.
+    pub fn describe(&self, pixels: impl Iterator<Item = (f64, f64)>, roll: f64) -> Vec<Option<Descriptor>> {
+        let pattern = Pattern::new(roll);
+        let pyramid = self.last.as_ref().map(|last| &last.pyramid);
+        pixels.map(|pixel| pattern.describe(pyramid?, pixel)).collect()
     }
 
     /// Straight edges of the newest picture, found at half its size.

@@ -6,6 +6,7 @@
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
 
 mod keyframes;
+mod reseen;
 mod stand;
 mod start;
 mod unit;
@@ -25,6 +26,7 @@ use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, knows_depth, po
 use crate::visual::motion::Motion;
 use crate::visual::outcome::{FrameQuality, FrameReport, Odometry, OdometryError, gaps};
 use crate::visual::posed::{Posed, place};
+use crate::visual::recall::{Memory, Odometer};
 use crate::visual::repeat::Repeats;
 use crate::visual::track::{FEW, Track, TrackId, Tracker};
 use crate::visual::two_view::rotation::median;
@@ -74,6 +76,8 @@ pub struct VisualOdometry {
     /// Where the points were seen in the last quarter of a second, frame by frame.
     recent: VecDeque<(Stamp, BTreeMap<TrackId, Vector3<f64>>)>,
     seen_points: Vec<SeenPoint>,
+    memory: Memory,
+    odometer: Odometer,
     most_tracks: usize,
     /// Points followed when the newest keyframe was taken.
     tracks_at_keyframe: usize,
@@ -109,6 +113,8 @@ impl VisualOdometry {
             first_unit_ends: None,
             recent: VecDeque::new(),
             seen_points: Vec::new(),
+            memory: Memory::default(),
+            odometer: Odometer::default(),
             most_tracks: 0,
             tracks_at_keyframe: 0,
         }
@@ -269,6 +275,15 @@ impl VisualOdometry {
         self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers, repeat: false, quality, blind });
         self.drop_movers();
         if let Stage::Tracking(motion) = &mut self.stage {
+            let seconds = stamp.secs_since(motion.stamp);
+            let way = (fit.pose.translation.vector - motion.pose.translation.vector).norm();
+            self.odometer.way += way;
+            if state != TrackingState::Mapped {
+                self.odometer.adrift += way.max(0.5 * motion.usual_speed * seconds);
+            }
+            if state == TrackingState::Propagated {
+                self.odometer.blind_s += seconds;
+            }
             motion.go_on(stamp, fit.pose, state, inliers >= FEW || self.tracker.leap().is_some());
         }
         let fix = self.steer(edges, &fit.pose.rotation, inliers);
@@ -346,7 +361,13 @@ impl VisualOdometry {
     fn drop_movers(&mut self) {
         let landmarks = &mut self.map.landmarks;
         self.tracker.drop_tracks(|id| landmarks.get(&id).is_none_or(|l| l.strikes >= STRIKES));
-        landmarks.retain(|_, l| l.strikes < STRIKES);
+        let memory = &mut self.memory;
+        landmarks.retain(|id, l| {
+            if l.strikes >= STRIKES {
+                memory.forget(*id);
+            }
+            l.strikes < STRIKES
+        });
     }
 
     /// Landmarks that are in view.

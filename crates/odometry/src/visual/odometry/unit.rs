@@ -36,6 +36,7 @@ impl VisualOdometry {
         let oldest = self.map.oldest_live(self.options.window);
         let since = self.unit_lost.unwrap_or(oldest);
         self.map.rescale(factor, since);
+        self.memory.rescale(factor, since);
         for posed in self.posed.iter_mut().rev().take_while(|p| p.reference >= Some(since)) {
             posed.reference_from_camera.translation.vector *= factor;
         }
