@@ -55,6 +55,7 @@ impl VisualOdometry {
             }
         }
         self.strike_movers(id);
+        self.pass();
         self.recall(id, fix);
         let Stage::Tracking(motion) = &self.stage else { return };
         let options = bundle::BundleOptions {

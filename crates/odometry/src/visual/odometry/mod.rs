@@ -6,6 +6,7 @@
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
 
 mod keyframes;
+mod links;
 mod reseen;
 mod stand;
 mod start;
@@ -78,6 +79,9 @@ pub struct VisualOdometry {
     seen_points: Vec<SeenPoint>,
     memory: Memory,
     odometer: Odometer,
+    /// How each keyframe was reached.
+    passages: Vec<links::Passage>,
+    links: Vec<reseen::Link>,
     most_tracks: usize,
     /// Points followed when the newest keyframe was taken.
     tracks_at_keyframe: usize,
@@ -115,6 +119,8 @@ impl VisualOdometry {
             seen_points: Vec::new(),
             memory: Memory::default(),
             odometer: Odometer::default(),
+            passages: Vec::new(),
+            links: Vec::new(),
             most_tracks: 0,
             tracks_at_keyframe: 0,
         }
@@ -275,15 +281,8 @@ impl VisualOdometry {
         self.posed.push(Posed { stamp, reference, reference_from_camera, state, inliers, repeat: false, quality, blind });
         self.drop_movers();
         if let Stage::Tracking(motion) = &mut self.stage {
-            let seconds = stamp.secs_since(motion.stamp);
-            let way = (fit.pose.translation.vector - motion.pose.translation.vector).norm();
-            self.odometer.way += way;
-            if state != TrackingState::Mapped {
-                self.odometer.adrift += way.max(0.5 * motion.usual_speed * seconds);
-            }
-            if state == TrackingState::Propagated {
-                self.odometer.blind_s += seconds;
-            }
+            let (seconds, way) = (stamp.secs_since(motion.stamp), (fit.pose.translation.vector - motion.pose.translation.vector).norm());
+            self.odometer.go(state, seconds, way, motion.usual_speed);
             motion.go_on(stamp, fit.pose, state, inliers >= FEW || self.tracker.leap().is_some());
         }
         let fix = self.steer(edges, &fit.pose.rotation, inliers);
@@ -307,6 +306,7 @@ impl VisualOdometry {
         self.map.landmarks.clear();
         self.tracker.drop_tracks(|_| true);
         self.compass.cut();
+        self.odometer.cut();
         let (quality, _) = self.quality(TrackingState::Cut, &[], 0.0);
         let (state, reference_from_camera) = (TrackingState::Cut, Pose::identity());
         let reference = Some(KeyframeId(self.map.keyframes.len()));
@@ -388,6 +388,7 @@ impl VisualOdometry {
         }
         let up = self.compass.level().unwrap_or_else(|| ground::up(&place(&self.posed, &self.map)));
         self.right_first_unit(&up);
+        self.close_links();
         let poses = place(&self.posed, &self.map);
         let level = ground::level(&poses, &up);
         let poses = ground::levelled(&poses, &level, 1.0);

@@ -1,6 +1,9 @@
 //! Which of the points in view were seen before, and what do they say of the place and of the unit of length?
+//!
+//! keyframe ─▶ corners and followed points, described ─▶ pairs with what is remembered ([`super::super::recall`]) ─▶ pose by them
+//! ─▶ distances of the points, the place of a keyframe that nothing else holds, and a [`Link`] for `links` at the end of the walk
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
@@ -11,6 +14,22 @@ use crate::visual::recall::descriptor::Descriptor;
 use crate::visual::recall::matching::{self, Expected, Seen};
 use crate::visual::recall::{Odometer, Remembered};
 use crate::visual::track::TrackId;
+use crate::visual::two_view::rotation::median;
+
+/// A keyframe whose place was known again from another one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Link {
+    /// The keyframe from which most of the points were last seen.
+    pub a: KeyframeId,
+    /// The keyframe that knows them again.
+    pub b: KeyframeId,
+    /// Where b was in a's frame, a's unit.
+    pub a_from_b: Pose,
+    /// How many of a's units one of b's has, if enough points of both say so.
+    pub scale: Option<f64>,
+    /// Mean distance of the points, a's unit.
+    pub far: f64,
+}
 
 /// A point of the newest picture: one that is followed, or a corner that might be.
 struct Candidate {
@@ -20,27 +39,43 @@ struct Candidate {
     looks: Descriptor,
 }
 
-/// Fewest points that make a place, and the share of the pairs that must agree on it.
+/// A remembered point and the point of the newest picture that it is.
+struct Pair<'c> {
+    was: Remembered,
+    is: &'c Candidate,
+}
+
+/// Fewest points that make a place, and the share of the pairs that must agree on it: by chance a pose fits five or six of twenty.
 const PLACE_POINTS: usize = 12;
 const PLACE_SHARE: f64 = 0.6;
 /// Points with a distance that hold a frame by themselves.
 const HELD: usize = 10;
+/// Points of which the distance is known twice that say how long one unit is in the other, and the ratios that are taken for one unit.
+const SCALE_POINTS: usize = 5;
+const SAME_UNIT: (f64, f64) = (0.75, 1.33);
 /// Error of a distance that was known again, besides its own, as a share of it.
 const KNOWN_AGAIN: f64 = 0.1;
+/// Noise of a ray that was found by its looks, as many times that of a followed one: a corner is not found on the same pixel.
+const FOUND_AGAIN: f64 = 2.0;
 /// Standard deviations within which a point is looked for, and the widest gate, radians.
 const GATE: f64 = 2.5;
 const WIDEST_RAD: f64 = 0.6;
+/// Rays further from the middle of the picture are in no picture, radians.
+const IN_VIEW_RAD: f64 = 1.0;
 /// Units of way within which memories share their drift.
 const TOGETHER: f64 = 3.0;
+/// Drift since, units, under which a link says nothing that the window does not know better.
+const WORTH: f64 = 0.1;
 
 impl VisualOdometry {
     /// Knows lost points again in a keyframe that was just taken, and remembers those that are in view.
     pub(super) fn recall(&mut self, id: KeyframeId, fix: Option<Fix>) {
         let camera = *self.map.pose(id);
         let up = camera.rotation.inverse() * self.compass.up();
-        let roll = libm::atan2(up.x, -up.y);
-        let candidates = self.candidates(roll);
-        self.know_again(id, &camera, &candidates, fix);
+        let candidates = self.candidates(libm::atan2(up.x, -up.y));
+        if let Some((pairs, shift)) = self.pairs(&camera, &candidates) {
+            self.know_again(id, &camera, fix, &pairs, shift);
+        }
         self.remember_followed(id, &candidates);
     }
 
@@ -53,110 +88,123 @@ impl VisualOdometry {
         described.filter_map(|((followed, pixel, ray), looks)| Some(Candidate { followed, pixel, ray, looks: looks? })).collect()
     }
 
-    fn remember_followed(&mut self, id: KeyframeId, candidates: &[Candidate]) {
-        let camera = *self.map.pose(id);
-        for (track, candidate) in candidates.iter().filter_map(|c| Some((c.followed?, c))) {
-            let Some(landmark) = self.map.landmarks.get(&track).filter(|l| l.has_depth() && l.strikes == 0) else { continue };
-            // Landmarks that only begin are as they were remembered.
-            if landmark.anchor == id {
-                continue;
-            }
-            let nearer = 1.0 / self.map.direction(landmark, &camera).norm();
-            let (rho, sigma_rho) = (landmark.rho * nearer, landmark.sigma_rho * nearer);
-            let (ray, looks, odometer) = (candidate.ray, candidate.looks, self.odometer);
-            self.memory.remember(track, Remembered { keyframe: id, ray, rho, sigma_rho, looks, odometer });
-        }
-    }
-
     /// Remembered points that should be in view, and how they should look.
-    fn expected(&self, camera: &Pose) -> Vec<(TrackId, Remembered, Expected)> {
+    fn expected(&self, camera: &Pose) -> Vec<(Remembered, Expected)> {
         let followed: BTreeSet<TrackId> = self.tracker.tracks().iter().map(|t| t.id).collect();
-        let expect = |(id, point): (TrackId, &Remembered)| {
+        let expect = |point: &Remembered| {
             let (shift, turn) = self.odometer.drift_since(&point.odometer);
             let direction = direction(self.map.pose(point.keyframe), &point.ray, point.rho, camera);
             let (ray, nearer) = (direction.normalize(), 1.0 / direction.norm());
             let gate_rad = (GATE * (turn + shift * point.rho * nearer)).min(WIDEST_RAD);
             let octaves = libm::round(libm::log2(nearer)) as i32;
-            let axis = ray.angle(&Vector3::z());
             let expected = Expected { ray, gate_rad, octaves, looks: point.looks };
-            (axis < 1.0 && octaves.abs() <= 1).then_some((id, *point, expected))
+            (ray.angle(&Vector3::z()) < IN_VIEW_RAD && octaves.abs() <= 1).then_some((*point, expected))
         };
-        self.memory.points().filter(|(id, _)| !followed.contains(id)).filter_map(expect).collect()
+        self.memory.points().filter(|(id, _)| !followed.contains(id)).filter_map(|(_, point)| expect(point)).collect()
     }
 
-    fn know_again(&mut self, id: KeyframeId, camera: &Pose, candidates: &[Candidate], fix: Option<Fix>) {
-        let expected = self.expected(camera);
-        if expected.len() < PLACE_POINTS {
-            return;
+    /// What is known again, all of it last seen on one stretch of the way, and how far odometry may have drifted since, units.
+    fn pairs<'c>(&self, camera: &Pose, candidates: &'c [Candidate]) -> Option<(Vec<Pair<'c>>, f64)> {
+        let (were, expected): (Vec<Remembered>, Vec<Expected>) = self.expected(camera).into_iter().unzip();
+        if were.len() < PLACE_POINTS {
+            return None;
         }
-        let wanted: Vec<Expected> = expected.iter().map(|e| e.2).collect();
         let seen: Vec<Seen> = candidates.iter().map(|c| Seen { ray: c.ray, looks: c.looks }).collect();
-        let pairs = matching::matches(&wanted, &seen);
-        // The stretch of way from which most are known again.
-        let way_of = |pair: &(usize, usize)| expected[pair.0].1.odometer.way;
-        let near = |way: f64| pairs.iter().copied().filter(|pair| (way_of(pair) - way).abs() < TOGETHER).collect::<Vec<_>>();
-        let Some(way) = pairs.iter().map(way_of).max_by_key(|way| (near(*way).len(), (way * 1e3) as i64)) else { return };
-        let pairs = near(way);
-        let (shift, turn) = pairs.iter().fold((0.0, 0.0), |(shift, turn): (f64, f64), (e, _)| {
-            let drift = self.odometer.drift_since(&expected[*e].1.odometer);
-            (shift.max(drift.0), turn.max(drift.1))
-        });
-        let sights: Vec<pose::Sight> = pairs
-            .iter()
-            .map(|(e, s)| {
-                let point = &expected[*e].1;
-                let anchor = *self.map.pose(point.keyframe);
-                pose::Sight { anchor, ray: point.ray, rho: point.rho, sigma_rho: point.sigma_rho, seen: candidates[*s].ray }
-            })
-            .collect();
+        let matches = matching::matches(&expected, &seen);
+        let ways: Vec<f64> = matches.iter().map(|(e, _)| were[*e].odometer.way).collect();
+        let near = |way: f64| ways.iter().filter(|other| (**other - way).abs() < TOGETHER).count();
+        // Of equal stretches the latest.
+        let way = ways.iter().copied().max_by(|a, b| near(*a).cmp(&near(*b)).then(a.total_cmp(b)))?;
+        let together = matches.iter().filter(|(e, _)| (were[*e].odometer.way - way).abs() < TOGETHER);
+        let pairs: Vec<Pair> = together.map(|(e, s)| Pair { was: were[*e], is: &candidates[*s] }).collect();
+        let shift = pairs.iter().map(|p| self.odometer.drift_since(&p.was.odometer).0).fold(0.0, f64::max);
+        Some((pairs, shift))
+    }
+
+    /// The pose by what is known again; if it is one place, its points have distances from the start.
+    fn know_again(&mut self, id: KeyframeId, camera: &Pose, fix: Option<Fix>, pairs: &[Pair], shift: f64) {
+        let sight = |p: &Pair| {
+            let Remembered { keyframe, ray, rho, sigma_rho, .. } = p.was;
+            pose::Sight { anchor: *self.map.pose(keyframe), ray, rho, sigma_rho, seen: p.is.ray }
+        };
+        let sights: Vec<pose::Sight> = pairs.iter().map(sight).collect();
+        let turn = pairs.iter().map(|p| self.odometer.drift_since(&p.was.odometer).1).fold(0.0, f64::max);
         let prior = pose::PosePrior { pose: *camera, sigma_move: shift, sigma_turn_rad: turn, fix };
-        let fit = pose::solve(&sights, &prior, 2.0 * self.sigma_rad());
-        let agree: Vec<usize> = (0..pairs.len()).filter(|i| fit.squared[*i] < pose::AGREES).collect();
-        let known = self.in_view().filter(|l| l.has_depth()).count();
-        if std::env::var("DBGR").is_ok() && pairs.len() >= 8 {
-            let d = pose::difference(camera, &fit.pose);
-            let ratios: Vec<f64> = agree.iter().filter_map(|i| {
-                let (e, s) = pairs[*i];
-                let l = self.map.landmarks.get(&candidates[s].followed?)?;
-                if !l.has_depth() { return None; }
-                let p = &expected[e].1;
-                let old = p.rho / direction(self.map.pose(p.keyframe), &p.ray, p.rho, &fit.pose).norm();
-                let now = l.rho / self.map.direction(l, camera).norm();
-                Some(old / now)
-            }).collect();
-            let n = ratios.len();
-            eprintln!("R {:.2} kf {} expected {} seen {} pairs {} agree {} known {} dway {:.2} drift {:.2} {:.3} moved {:.3} turned {:.3} ratio {:.3} of {}", self.map.keyframes[id.0].stamp.as_secs(), id.0, expected.len(), seen.len(), pairs.len(), agree.len(), known, self.odometer.way - way, shift, turn, d.fixed_rows::<3>(3).norm(), d.fixed_rows::<3>(0).norm(), crate::visual::two_view::rotation::median(ratios), n);
-        }
+        let fit = pose::solve(&sights, &prior, FOUND_AGAIN * self.sigma_rad());
+        let agree: Vec<&Pair> = pairs.iter().zip(&fit.squared).filter(|(_, s)| **s < pose::AGREES).map(|(p, _)| p).collect();
         if agree.len() < PLACE_POINTS || (agree.len() as f64) < PLACE_SHARE * pairs.len() as f64 {
             return;
         }
-        let known = self.in_view().filter(|l| l.has_depth()).count();
-        if known < HELD {
+        let distance = |p: &Pair| direction(self.map.pose(p.was.keyframe), &p.was.ray, p.was.rho, &fit.pose).norm() / p.was.rho;
+        let distances: Vec<f64> = agree.iter().map(|p| distance(p)).collect();
+        let held = self.in_view().filter(|l| l.has_depth()).count() >= HELD;
+        // Whoever has no unit of his own takes that of the place.
+        let scale = if held { self.scale(camera, &agree, &distances) } else { Some(1.0) };
+        if shift > WORTH {
+            self.link(id, &fit.pose, &agree, &distances, scale);
+        }
+        if scale.is_some_and(|s| s < SAME_UNIT.0 || s > SAME_UNIT.1) {
+            return;
+        }
+        if !held {
+            let before = KeyframeId(id.0.saturating_sub(1));
+            let reached = self.map.pose(before).inverse() * camera;
+            self.passages.last_mut().map(|passage| passage.reached = Some(reached));
             self.map.keyframes[id.0].pose = fit.pose;
             if let Stage::Tracking(motion) = &mut self.stage {
                 motion.pose = fit.pose;
             }
         }
-        for (e, s) in agree.into_iter().map(|i| pairs[i]) {
-            let (point, candidate) = (&expected[e].1, &candidates[s]);
-            let nearer = 1.0 / direction(self.map.pose(point.keyframe), &point.ray, point.rho, &fit.pose).norm();
-            let rho = point.rho * nearer;
-            self.give_distance(id, candidate, (rho, (point.sigma_rho * nearer).hypot(KNOWN_AGAIN * rho)));
+        for (pair, distance) in agree.iter().zip(&distances) {
+            let share = (pair.was.sigma_rho / pair.was.rho).hypot(KNOWN_AGAIN);
+            self.give_distance(id, pair.is, (distance.recip(), share * distance.recip()));
         }
     }
 
+    /// How many of the memory's units one of the map's has, by points whose distance both know.
+    fn scale(&self, camera: &Pose, agree: &[&Pair], distances: &[f64]) -> Option<f64> {
+        let ratio = |(pair, distance): (&&Pair, &f64)| {
+            let landmark = self.map.landmarks.get(&pair.is.followed?).filter(|l| l.has_depth())?;
+            Some(distance * landmark.rho / self.map.direction(landmark, camera).norm())
+        };
+        let ratios: Vec<f64> = agree.iter().zip(distances).filter_map(ratio).collect();
+        (ratios.len() >= SCALE_POINTS).then(|| median(ratios))
+    }
+
+    fn link(&mut self, b: KeyframeId, odom_from_b: &Pose, agree: &[&Pair], distances: &[f64], scale: Option<f64>) {
+        let mut counts: BTreeMap<KeyframeId, usize> = BTreeMap::new();
+        agree.iter().for_each(|p| *counts.entry(p.was.keyframe).or_default() += 1);
+        let Some((a, _)) = counts.into_iter().max_by_key(|(keyframe, count)| (*count, *keyframe)) else { return };
+        let far = distances.iter().sum::<f64>() / distances.len() as f64;
+        self.links.push(Link { a, b, a_from_b: self.map.pose(a).inverse() * odom_from_b, scale, far });
+    }
+
     /// A point of this keyframe that was known again has a distance from the start.
-    fn give_distance(&mut self, id: KeyframeId, candidate: &Candidate, born @ (rho, sigma_rho): (f64, f64)) {
+    fn give_distance(&mut self, id: KeyframeId, point: &Candidate, born @ (rho, sigma_rho): (f64, f64)) {
         let knows = |track: &TrackId| self.map.landmarks.get(track).is_some_and(Landmark::has_depth);
-        let track = match candidate.followed {
+        let track = match point.followed {
             Some(track) if knows(&track) => return,
             Some(track) => track,
-            None => match self.tracker.follow_from(&[candidate.pixel]).as_slice() {
+            None => match self.tracker.follow_from(&[point.pixel]).as_slice() {
                 [fresh, ..] => fresh.id,
                 [] => return,
             },
         };
-        let (ray, seen) = (candidate.ray, Vec::new());
+        let (ray, seen) = (point.ray, Vec::new());
         self.map.landmarks.insert(track, Landmark { anchor: id, ray, rho, sigma_rho, born, prior: born, seen, strikes: 0 });
+    }
+
+    /// Remembers the followed points as they are at this keyframe; those that only begin here are as they were remembered.
+    fn remember_followed(&mut self, id: KeyframeId, candidates: &[Candidate]) {
+        let camera = *self.map.pose(id);
+        let odometer: Odometer = self.odometer;
+        for (track, candidate) in candidates.iter().filter_map(|c| Some((c.followed?, c))) {
+            let sound = |l: &&Landmark| l.has_depth() && l.strikes == 0 && l.anchor != id;
+            let Some(landmark) = self.map.landmarks.get(&track).filter(sound) else { continue };
+            let nearer = 1.0 / self.map.direction(landmark, &camera).norm();
+            let (rho, sigma_rho) = (landmark.rho * nearer, landmark.sigma_rho * nearer);
+            let (ray, looks) = (candidate.ray, candidate.looks);
+            self.memory.remember(track, Remembered { keyframe: id, ray, rho, sigma_rho, looks, odometer });
+        }
     }
 }

@@ -67,6 +67,8 @@ impl VisualOdometry {
         let dead: Vec<TrackId> = self.tracker.tracks().iter().map(|t| t.id).filter(|id| !self.map.landmarks.contains_key(id)).collect();
         self.tracker.drop_tracks(|id| dead.contains(&id));
         self.add_landmarks(KeyframeId(1));
+        // Both of the first two.
+        (0..2).for_each(|_| self.pass());
         self.tracks_at_keyframe = self.tracker.tracks().len();
     }
 

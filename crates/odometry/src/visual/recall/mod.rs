@@ -11,6 +11,7 @@ pub mod matching;
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use planwalk_types::TrackingState;
 
 use crate::visual::map::KeyframeId;
 use crate::visual::track::TrackId;
@@ -30,7 +31,29 @@ pub struct Odometer {
     pub blind_s: f64,
 }
 
+/// What a cut counts as: units of way that nothing measured, and seconds of turning that nothing told.
+const CUT: (f64, f64) = (3.0, 5.0);
+/// Share of the usual speed at which a walk that nothing measures goes on, for all that is known.
+const UNSEEN_SPEED: f64 = 0.5;
+
 impl Odometer {
+    /// Goes on by a frame.
+    pub fn go(&mut self, state: TrackingState, seconds: f64, way: f64, usual_speed: f64) {
+        self.way += way;
+        if state != TrackingState::Mapped {
+            self.adrift += way.max(UNSEEN_SPEED * usual_speed * seconds);
+        }
+        if state == TrackingState::Propagated {
+            self.blind_s += seconds;
+        }
+    }
+
+    /// Goes on past a cut.
+    pub fn cut(&mut self) {
+        self.adrift += CUT.0;
+        self.blind_s += CUT.1;
+    }
+
     /// Standard deviations of position (units) and of rotation (radians) since `then`.
     pub fn drift_since(&self, then: &Self) -> (f64, f64) {
         let shift = 0.05 + 0.03 * (self.way - then.way) + 0.7 * (self.adrift - then.adrift);
