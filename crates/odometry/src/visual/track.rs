@@ -207,7 +207,8 @@ impl Tracker {
 
     /// Follows what is at these pixels from now on; returns the new tracks.
     pub fn follow_from(&mut self, pixels: &[(f64, f64)]) -> Vec<Track> {
-        let track = |(pixel, id): (&(f64, f64), u64)| Track { id: TrackId(id), pixel: *pixel, ray: self.camera.ray(pixel.0, pixel.1), age: 0 };
+        let track =
+            |(pixel, id): (&(f64, f64), u64)| Track { id: TrackId(id), pixel: *pixel, ray: self.camera.ray(pixel.0, pixel.1), age: 0 };
         let fresh: Vec<Track> = pixels.iter().zip(self.next_id..).map(track).collect();
         self.next_id += fresh.len() as u64;
         self.tracks.extend(&fresh);

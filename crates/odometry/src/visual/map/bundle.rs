@@ -4,6 +4,8 @@
 //! (Triggs et al. 2000, §6.1), Huber loss. The oldest keyframes of the window stay fixed: they hold position, heading and scale.
 //! A weak prior on how fast the speed changes holds the scale where nothing else does: in a corner, in front of a blank wall.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{DMatrix, DVector, Matrix2x6, Matrix3, UnitQuaternion, Vector3, Vector6};
 
 use super::{KeyframeId, Landmark, MIN_RHO, Map, Pose, Residual, direction};
@@ -42,6 +44,7 @@ struct Problem<'a> {
     poses: Vec<Pose>,
     stamps_s: Vec<f64>,
     turns: Vec<UnitQuaternion<f64>>,
+    leaps: &'a BTreeSet<KeyframeId>,
     fixes: Vec<Option<Fix>>,
     landmarks: Vec<(&'a Landmark, Vec<Ray<'a>>)>,
     options: BundleOptions,
@@ -89,6 +92,7 @@ impl<'a> Problem<'a> {
             poses: map.keyframes.iter().map(|k| k.pose).collect(),
             stamps_s: map.keyframes.iter().map(|k| k.stamp.secs_since(origin)).collect(),
             turns: map.keyframes.iter().map(|k| k.turn).collect(),
+            leaps: &map.leaps,
             fixes: map.keyframes.iter().map(|k| k.fix).collect(),
             landmarks: map.landmarks.values().map(|l| (l, rays_of(l))).collect(),
             options,
@@ -171,6 +175,10 @@ impl<'a> Problem<'a> {
 
     /// Change of velocity at keyframe k − 1 in standard deviations, and its derivatives by the positions of k, k − 1, k − 2.
     fn speed_change(&self, poses: &[Pose], k: usize) -> (Vector3<f64>, [f64; 3]) {
+        // No walk led to where a place was known again.
+        if self.leaps.contains(&KeyframeId(k)) || self.leaps.contains(&KeyframeId(k - 1)) {
+            return (Vector3::zeros(), [0.0; 3]);
+        }
         let at = |i: usize| poses[i].translation.vector;
         let late = (self.stamps_s[k] - self.stamps_s[k - 1]).max(1e-3);
         let early = (self.stamps_s[k - 1] - self.stamps_s[k - 2]).max(1e-3);

@@ -10,7 +10,7 @@ pub mod depth;
 pub mod planes;
 pub mod pose;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Matrix2x3, Matrix3, UnitQuaternion, Vector2, Vector3};
 use planwalk_types::Stamp;
@@ -85,6 +85,8 @@ pub struct Map {
     pub keyframes: Vec<Keyframe>,
     /// Landmarks that are still followed, and lost ones whose rays hold keyframes that are still moved.
     pub landmarks: BTreeMap<TrackId, Landmark>,
+    /// Keyframes whose place was known again by points from before a gap: the way from the keyframe before says nothing.
+    pub leaps: BTreeSet<KeyframeId>,
     /// Floor and ceiling.
     pub planes: planes::Planes,
 }
@@ -107,6 +109,16 @@ impl Map {
     pub fn oldest_live(&self, window: usize) -> KeyframeId {
         let moved = self.keyframes.len().saturating_sub(window + 2);
         KeyframeId(self.landmarks.values().map(|l| l.anchor.0).fold(moved, usize::min))
+    }
+
+    /// Puts the newest keyframe where its place was known again.
+    pub fn leap(&mut self, pose: Pose) {
+        let Some(newest) = self.newest() else { return };
+        let before = newest.0.checked_sub(1).map(|k| self.keyframes[k].pose.rotation);
+        self.leaps.insert(newest);
+        let keyframe = &mut self.keyframes[newest.0];
+        keyframe.turn = before.map_or(keyframe.turn, |before| before.inverse() * pose.rotation);
+        keyframe.pose = pose;
     }
 
     /// Multiplies all lengths since this keyframe by `factor`, and the distances of the points that were first seen since.
@@ -161,7 +173,7 @@ impl Map {
 
     /// Lays points that are on the floor or the ceiling there.
     pub fn lay_on_planes(&mut self, up: &Vector3<f64>) {
-        let Self { keyframes, landmarks, planes } = self;
+        let Self { keyframes, landmarks, planes, .. } = self;
         for landmark in landmarks.values_mut() {
             let direction = keyframes[landmark.anchor.0].pose.rotation * landmark.ray;
             let knows = landmark.has_depth() && landmark.seen.len() >= 2;

@@ -1,15 +1,18 @@
-//! Where were the keyframes, given the places that were seen again? The pose graph at the end of a walk.
+//! Where were the keyframes, given the places that were seen again and the building's edges? The pose graph at the end of a walk.
 //!
-//! chain of keyframes + [`Link`]s ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with its own unit; frames and points go along
+//! chain of keyframes + [`Link`]s + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with its own unit; frames and points go
+//! along
 //!
-//! Without a link nothing is touched.
+//! Without links and fixes nothing is moved.
 
+use nalgebra::Matrix3;
 use planwalk_types::Similarity;
 
 use super::VisualOdometry;
 use super::reseen::Link;
+use crate::visual::axes::Fix;
 use crate::visual::graph::{Edge, EdgeKind, Graph, GraphOptions, Node, information, optimise};
-use crate::visual::map::{KeyframeId, Pose};
+use crate::visual::map::{Keyframe, KeyframeId, Pose};
 use crate::visual::recall::Odometer;
 
 /// How a keyframe was reached from the one before: what may have gone wrong between them.
@@ -33,10 +36,14 @@ const CHAIN_BLIND_RAD_S: f64 = 0.3;
 /// Logarithm of the unit's error from one keyframe to the next that no point with a distance joins; n of them leave the (n + 1)th part.
 const CHAIN_UNIT: f64 = 0.5;
 /// Error of a link: units, share of the points' distance, radians, and logarithm of the scale.
-const LINK_MOVE: f64 = 0.03;
-const LINK_FAR: f64 = 0.02;
+const LINK_MOVE: f64 = 0.01;
+const LINK_FAR: f64 = 0.015;
 const LINK_TURN_RAD: f64 = 0.015;
 const LINK_SCALE: f64 = 0.15;
+/// Error that the fixes of all keyframes of a second have in common, 0.6°: some ten of them, so each counts as a tenth.
+const FIX_SHARED_RAD2: f64 = 10.0 * 1.1e-4;
+/// What differs more from a keyframe than this was not believed on the way, 6°.
+const FIXED_RAD: f64 = 0.1;
 
 impl VisualOdometry {
     /// Notes how the newest keyframe was reached.
@@ -45,12 +52,23 @@ impl VisualOdometry {
         self.passages.push(Passage { odometer: self.odometer, known, reached: None });
     }
 
-    /// Moves the keyframes to where the places that were seen again agree with the way between them.
-    pub(super) fn close_links(&mut self) {
-        if self.links.is_empty() {
-            return;
+    /// The keyframes that are `within` have their lengths times `factor`: what was measured from them goes along.
+    pub(super) fn rescale_links(&mut self, factor: f64, within: impl Fn(KeyframeId) -> bool) {
+        for link in &mut self.links {
+            let (a, b) = (within(link.a), within(link.b));
+            link.a_from_b.translation.vector *= if a { factor } else { 1.0 };
+            link.scale = link.scale.map(|scale| scale * if a { factor } else { 1.0 } / if b { factor } else { 1.0 });
         }
-        let nodes = self.map.keyframes.iter().map(|k| Node { odom_from_keyframe: Similarity::from(&k.pose), fix: k.fix }).collect();
+        let after = self.passages.iter_mut().enumerate().filter(|(k, _)| k.checked_sub(1).is_some_and(|before| within(KeyframeId(before))));
+        for reached in after.filter_map(|(_, passage)| passage.reached.as_mut()) {
+            reached.translation.vector *= factor;
+        }
+    }
+
+    /// Moves the keyframes to where the places that were seen again, the edges of the building and the way between them agree.
+    pub(super) fn close_links(&mut self) {
+        let fix = |k: &Keyframe| k.fix.filter(|fix| fix.error(&k.pose.rotation).norm() < FIXED_RAD).map(|fix| shared(&fix));
+        let nodes = self.map.keyframes.iter().map(|k| Node { odom_from_keyframe: Similarity::from(&k.pose), fix: fix(k) }).collect();
         let edges = self.chain().chain(self.links.iter().map(of_link)).collect();
         let graph = Graph { nodes, edges };
         let solution = optimise(&graph, &GraphOptions { seed: self.options.seed, ..GraphOptions::default() });
@@ -88,9 +106,95 @@ impl VisualOdometry {
     }
 }
 
+/// A fix with the error that it shares with its neighbours: (C + σ²)⁻¹ = (1 + σ² C⁻¹)⁻¹ C⁻¹, where C may know nothing of some turn.
+fn shared(fix: &Fix) -> Fix {
+    let softened = (Matrix3::identity() + fix.information * FIX_SHARED_RAD2).try_inverse().map_or(fix.information, |m| m * fix.information);
+    Fix { information: 0.5 * (softened + softened.transpose()), ..*fix }
+}
+
 fn of_link(link: &Link) -> Edge {
     let sigma_scale = if link.scale.is_some() { LINK_SCALE } else { f64::INFINITY };
     let a_from_b = Similarity { scale: link.scale.unwrap_or(1.0), ..Similarity::from(&link.a_from_b) };
     let information = information(LINK_MOVE + LINK_FAR * link.far, LINK_TURN_RAD, sigma_scale);
     Edge { a: link.a, b: link.b, a_from_b, information, kind: EdgeKind::Loop }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+    use planwalk_types::{Camera, Stamp};
+
+    use super::*;
+    use crate::visual::odometry::OdometryOptions;
+
+    /// A walk straight ahead and back again, a unit a keyframe, of which the steps from `lost` to `found` are in another unit.
+    fn walk(lost: usize, found: usize, other_unit: f64) -> VisualOdometry {
+        let mut odometry = VisualOdometry::new(Camera::phone_prior(640, 480), OdometryOptions::default());
+        let mut at = Vector3::zeros();
+        for k in 0..21 {
+            let step = if k == 0 { 0.0 } else { 1.0 } * if k <= 10 { 1.0 } else { -1.0 };
+            at.z += step * if (lost + 1..=found).contains(&k) { other_unit } else { 1.0 };
+            let pose = Pose::from_parts(at.into(), UnitQuaternion::identity());
+            odometry.map.keyframes.push(Keyframe { stamp: Stamp(k as i64), pose, turn: UnitQuaternion::identity(), fix: None });
+            let odometer = Odometer { way: k as f64, ..Odometer::default() };
+            let known = if k == lost || k == found { 0 } else { 60 };
+            odometry.passages.push(Passage { odometer, known, reached: None });
+        }
+        odometry
+    }
+
+    /// A keyframe that was seen again from another one, so far ahead of it.
+    fn link(a: usize, b: usize, ahead: f64, scale: Option<f64>) -> Link {
+        Link { a: KeyframeId(a), b: KeyframeId(b), a_from_b: Pose::translation(0.0, 0.0, ahead), scale, far: 4.0 }
+    }
+
+    #[test]
+    fn a_stretch_in_another_unit_is_put_right_by_a_place_that_is_seen_again() {
+        let mut odometry = walk(7, 9, 3.0);
+        let away = |o: &VisualOdometry, k: usize| o.map.keyframes[k].pose.translation.z;
+        assert!((away(&odometry, 15) - 9.0).abs() < 1e-9, "two steps of three units instead of one: four too far");
+        odometry.links = vec![link(5, 15, 0.0, Some(1.0)), link(3, 17, 0.0, Some(1.0))];
+        odometry.close_links();
+        // Four keyframes back from the turn at 10; a link counts for 0.07 units, and the steps for a tenth together.
+        assert!((away(&odometry, 15) - away(&odometry, 5)).abs() < 0.2, "{}", away(&odometry, 15));
+        assert!((away(&odometry, 10) - 10.0).abs() < 0.5, "the far end is where it was: {}", away(&odometry, 10));
+    }
+
+    #[test]
+    fn without_links_and_fixes_nothing_moves_and_a_lie_is_not_believed() {
+        let mut odometry = walk(0, 0, 1.0);
+        let before: Vec<Pose> = odometry.map.keyframes.iter().map(|k| k.pose).collect();
+        odometry.close_links();
+        assert!(odometry.map.keyframes.iter().zip(&before).all(|(k, b)| k.pose == *b));
+        // One says that the walk stood still, three that it went on.
+        odometry.links = vec![link(2, 8, 0.0, None), link(1, 8, 7.0, None), link(2, 9, 7.0, None), link(3, 8, 5.0, None)];
+        odometry.close_links();
+        let worst = odometry.map.keyframes.iter().zip(&before).map(|(k, b)| (k.pose.translation.vector - b.translation.vector).norm());
+        assert!(worst.fold(0.0, f64::max) < 0.15, "less than a sigma of the lie");
+    }
+
+    #[test]
+    fn links_follow_a_change_of_unit() {
+        let mut odometry = walk(0, 0, 1.0);
+        odometry.links = vec![link(2, 8, 6.0, Some(1.0)), link(6, 9, 3.0, Some(1.0)), link(1, 3, 2.0, Some(1.0))];
+        odometry.rescale_links(2.0, |k| k >= KeyframeId(5));
+        let found: Vec<(f64, Option<f64>)> = odometry.links.iter().map(|l| (l.a_from_b.translation.z, l.scale)).collect();
+        // From an old keyframe to a new one: lengths are the old one's, of which the new one's unit is now half.
+        assert_eq!(found, [(6.0, Some(0.5)), (6.0, Some(1.0)), (2.0, Some(1.0))]);
+    }
+
+    #[test]
+    fn a_fix_that_knows_no_heading_still_knows_none() {
+        let up = Vector3::y() * Vector3::y().transpose();
+        let sharp = Fix {
+            rotation: UnitQuaternion::identity(),
+            information: (Matrix3::identity() - up) * 1e6,
+            edges: 9,
+            upright: 9,
+            heading: false,
+        };
+        let soft = shared(&sharp).information;
+        // 1e6 is 0.06°: what is shared is all that is left, 1.9°.
+        assert!((soft[(0, 0)] - 1.0 / (FIX_SHARED_RAD2 + 1e-6)).abs() < 1e-6 * soft[(0, 0)] && soft[(1, 1)].abs() < 1e-9, "{soft}");
+    }
 }

@@ -64,8 +64,8 @@ const WIDEST_RAD: f64 = 0.6;
 const IN_VIEW_RAD: f64 = 1.0;
 /// Units of way within which memories share their drift.
 const TOGETHER: f64 = 3.0;
-/// Drift since, units, under which a link says nothing that the window does not know better.
-const WORTH: f64 = 0.1;
+/// Drift since, as a share of the points' distance, under which a link says nothing that the window does not know better.
+const WORTH: f64 = 0.04;
 
 impl VisualOdometry {
     /// Knows lost points again in a keyframe that was just taken, and remembers those that are in view.
@@ -140,8 +140,9 @@ impl VisualOdometry {
         let held = self.in_view().filter(|l| l.has_depth()).count() >= HELD;
         // Whoever has no unit of his own takes that of the place.
         let scale = if held { self.scale(camera, &agree, &distances) } else { Some(1.0) };
-        if shift > WORTH {
-            self.link(id, &fit.pose, &agree, &distances, scale);
+        let far = distances.iter().sum::<f64>() / distances.len() as f64;
+        if shift > WORTH * far {
+            self.link(id, &fit.pose, &agree, far, scale);
         }
         if scale.is_some_and(|s| s < SAME_UNIT.0 || s > SAME_UNIT.1) {
             return;
@@ -149,8 +150,10 @@ impl VisualOdometry {
         if !held {
             let before = KeyframeId(id.0.saturating_sub(1));
             let reached = self.map.pose(before).inverse() * camera;
-            self.passages.last_mut().map(|passage| passage.reached = Some(reached));
-            self.map.keyframes[id.0].pose = fit.pose;
+            if let Some(passage) = self.passages.last_mut() {
+                passage.reached = Some(reached);
+            }
+            self.map.leap(fit.pose);
             if let Stage::Tracking(motion) = &mut self.stage {
                 motion.pose = fit.pose;
             }
@@ -171,11 +174,10 @@ impl VisualOdometry {
         (ratios.len() >= SCALE_POINTS).then(|| median(ratios))
     }
 
-    fn link(&mut self, b: KeyframeId, odom_from_b: &Pose, agree: &[&Pair], distances: &[f64], scale: Option<f64>) {
+    fn link(&mut self, b: KeyframeId, odom_from_b: &Pose, agree: &[&Pair], far: f64, scale: Option<f64>) {
         let mut counts: BTreeMap<KeyframeId, usize> = BTreeMap::new();
         agree.iter().for_each(|p| *counts.entry(p.was.keyframe).or_default() += 1);
         let Some((a, _)) = counts.into_iter().max_by_key(|(keyframe, count)| (*count, *keyframe)) else { return };
-        let far = distances.iter().sum::<f64>() / distances.len() as f64;
         self.links.push(Link { a, b, a_from_b: self.map.pose(a).inverse() * odom_from_b, scale, far });
     }
 
@@ -206,5 +208,44 @@ impl VisualOdometry {
             let (ray, looks) = (candidate.ray, candidate.looks);
             self.memory.remember(track, Remembered { keyframe: id, ray, rho, sigma_rho, looks, odometer });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planwalk_sim::Scene;
+    use planwalk_types::{GrayImage, Seed, Stamp, TrackingState, VideoFrame};
+
+    use super::*;
+    use crate::visual::odometry::OdometryOptions;
+
+    /// The walker stops, a hand covers the lens for a second, and the view comes back: twice the same pictures.
+    #[test]
+    fn behind_a_hand_the_points_and_their_distances_are_known_again() {
+        let scene = Scene::demo(Seed(9));
+        let mut odometry = VisualOdometry::new(scene.camera().clone(), OdometryOptions::default());
+        let frames: Vec<VideoFrame> = scene.frames().take(48).collect();
+        let (first, step) = (frames[0].stamp, frames[1].stamp.0 - frames[0].stamp.0);
+        let at = |i: usize| Stamp(first.0 + i as i64 * step);
+        frames.iter().for_each(|frame| drop(odometry.push(frame).unwrap()));
+        let before = odometry.posed.last().map(|p| odometry.map.pose(p.reference.unwrap()) * p.reference_from_camera).unwrap();
+        let (width, height) = (frames[0].image.width(), frames[0].image.height());
+        for i in 48..63 {
+            let image = GrayImage::from_fn(width, height, |u, v| ((u * 7 + v * 13 + i) % 3) as u8);
+            let report = odometry.push(&VideoFrame { stamp: at(i), image }).unwrap();
+            assert!(i < 50 || report.state == TrackingState::Propagated, "{i}: {:?}", report.state);
+        }
+        let links = odometry.links.len();
+        let last = &frames[47].image;
+        // A grey value more makes it no repeat.
+        let image = GrayImage::from_fn(width, height, |u, v| last.row(v)[u].saturating_add(((u + v) % 2) as u8));
+        odometry.push(&VideoFrame { stamp: at(63), image }).unwrap();
+        let known = odometry.in_view().filter(|l| l.has_depth()).count();
+        assert!(known >= PLACE_POINTS, "{known} points with a distance");
+        let after = odometry.map.pose(odometry.map.newest().unwrap());
+        // Corners are found to a pixel or two: a few thousandths of the distance, and of a radian.
+        let moved = (after.translation.vector - before.translation.vector).norm();
+        assert!(moved < 0.1 && after.rotation.angle_to(&before.rotation) < 0.01, "{moved}, {}", after.rotation.angle_to(&before.rotation));
+        assert_eq!(odometry.links.len(), links + 1);
     }
 }

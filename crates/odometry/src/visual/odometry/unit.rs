@@ -37,6 +37,7 @@ impl VisualOdometry {
         let since = self.unit_lost.unwrap_or(oldest);
         self.map.rescale(factor, since);
         self.memory.rescale(factor, since);
+        self.rescale_links(factor, |k| k >= since);
         for posed in self.posed.iter_mut().rev().take_while(|p| p.reference >= Some(since)) {
             posed.reference_from_camera.translation.vector *= factor;
         }
@@ -67,6 +68,7 @@ impl VisualOdometry {
         });
         let Some(found) = ground::floor_below(offsets) else { return };
         self.map.rescale_before(height / found, end);
+        self.rescale_links(height / found, |k| k < end);
         for posed in self.posed.iter_mut().take_while(|p| p.reference < Some(end)) {
             match posed.reference {
                 Some(_) => posed.reference_from_camera.translation.vector *= height / found,

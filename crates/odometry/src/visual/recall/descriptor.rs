@@ -93,3 +93,65 @@ impl Pattern {
         Some(bits)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use planwalk_types::GrayImage;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Blobs of all sizes from 4 px on, turned by `roll` and enlarged by `zoom` about (160, 120), lit as told, with noise of ± 4.
+    fn picture(roll: f64, zoom: f64, light: (f64, f64), noise: u64) -> Pyramid {
+        let (sin, cos) = libm::sincos(roll);
+        let mut rng = Seed(noise).derive("noise", 0);
+        let image = GrayImage::from_fn(320, 240, |u, v| {
+            let (x, y) = ((u as f64 - 160.0) / zoom, (v as f64 - 120.0) / zoom);
+            let (x, y) = (cos * x + sin * y, cos * y - sin * x);
+            let blobs = (0..6).map(|i| {
+                let (wave, i) = (20.0 + 11.0 * f64::from(i), f64::from(i));
+                libm::sin(x * 6.28 / wave + i) * libm::sin((y + 0.3 * x) * 6.28 / (wave + 7.0) + 2.0 * i)
+            });
+            let value = 128.0 + 25.0 * blobs.sum::<f64>();
+            (light.0 * value + light.1 + rng.random_range(-4.0..4.0)).clamp(0.0, 255.0) as u8
+        });
+        Pyramid::new(&image, 4)
+    }
+
+    fn looks(pyramid: &Pyramid, roll: f64, at: (f64, f64)) -> Descriptor {
+        Pattern::new(roll).describe(pyramid, at).expect("the patch is inside")
+    }
+
+    const MIDDLE: (f64, f64) = (160.0, 120.0);
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20))]
+        #[test]
+        fn a_patch_keeps_its_bits_however_the_head_leans_and_the_light_falls(
+            roll in -0.5..0.5f64, gain in 0.5..1.3f64, offset in -20.0..20.0f64, noise in 1u64..999,
+        ) {
+            let first = looks(&picture(0.0, 1.0, (1.0, 0.0), 0), 0.0, MIDDLE);
+            let again = looks(&picture(roll, 1.0, (gain, offset), noise), roll, MIDDLE);
+            // Pairs of about the same grey fall either way: a tenth of them.
+            prop_assert!(first.distance(&again, 0).unwrap() < 0.12);
+        }
+    }
+
+    #[test]
+    fn twice_as_near_it_is_known_at_the_other_size_and_elsewhere_not_at_all() {
+        let first = looks(&picture(0.0, 1.0, (1.0, 0.0), 1), 0.0, MIDDLE);
+        let nearer = looks(&picture(0.0, 2.0, (1.0, 0.0), 2), 0.0, MIDDLE);
+        assert!(first.distance(&nearer, 1).unwrap() < 0.15 && nearer.distance(&first, -1).unwrap() < 0.15);
+        assert_eq!(first.distance(&nearer, 2), None);
+        let elsewhere = looks(&picture(0.0, 1.0, (1.0, 0.0), 1), 0.0, (200.0, 95.0));
+        assert!(first.distance(&elsewhere, 0).unwrap() > 0.3);
+    }
+
+    #[test]
+    fn a_patch_that_leaves_the_picture_is_not_described() {
+        let pyramid = picture(0.0, 1.0, (1.0, 0.0), 0);
+        assert_eq!(Pattern::new(0.0).describe(&pyramid, (10.0, 120.0)), None);
+        let near_the_border = Pattern::new(0.0).describe(&pyramid, (40.0, 120.0)).expect("the smaller patch is inside");
+        assert!(near_the_border.sizes[0].is_some() && near_the_border.sizes[1].is_none());
+    }
+}

@@ -110,3 +110,55 @@ impl Memory {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use planwalk_types::GrayImage;
+
+    use super::*;
+    use crate::visual::image::Pyramid;
+    use descriptor::Pattern;
+
+    fn point(keyframe: usize) -> Remembered {
+        let pyramid = Pyramid::new(&GrayImage::from_fn(128, 128, |u, v| (u * 3 + v) as u8), 3);
+        let looks = Pattern::new(0.0).describe(&pyramid, (64.0, 64.0)).expect("inside");
+        let (ray, odometer) = (Vector3::z(), Odometer::default());
+        Remembered { keyframe: KeyframeId(keyframe), ray, rho: 0.5, sigma_rho: 0.1, looks, odometer }
+    }
+
+    #[test]
+    fn memory_is_bounded_and_forgets_the_oldest_first() {
+        let (mut memory, one) = (Memory::default(), point(0));
+        (0..MOST as u64 + 5).for_each(|id| memory.remember(TrackId(id), one));
+        assert_eq!((memory.points().count(), memory.points().next().map(|p| p.0)), (MOST, Some(TrackId(5))));
+        memory.remember(TrackId(5), one);
+        memory.forget(TrackId(9));
+        assert_eq!(memory.points().count(), MOST - 1, "one that is known takes no place, one that moves none at all");
+    }
+
+    #[test]
+    fn distances_since_a_keyframe_are_in_its_unit() {
+        let mut memory = Memory::default();
+        (0..4).for_each(|k| memory.remember(TrackId(k), point(k as usize)));
+        memory.rescale(2.0, KeyframeId(2));
+        let found: Vec<(f64, f64)> = memory.points().map(|(_, p)| (p.rho, p.sigma_rho)).collect();
+        assert_eq!(found, [(0.5, 0.1), (0.5, 0.1), (0.25, 0.05), (0.25, 0.05)]);
+    }
+
+    #[test]
+    fn what_nothing_measured_may_have_drifted_further() {
+        let (start, mut walked, mut blind) = (Odometer::default(), Odometer::default(), Odometer::default());
+        for _ in 0..30 {
+            walked.go(TrackingState::Mapped, 0.033, 0.04, 1.2);
+            blind.go(TrackingState::Propagated, 0.033, 0.0, 1.2);
+        }
+        assert!((walked.way - 1.2).abs() < 1e-9 && walked.adrift == 0.0 && walked.blind_s == 0.0);
+        // Nobody saw it move, but at half its usual speed it may have.
+        assert!((blind.adrift - 0.6 * 0.99).abs() < 1e-9 && (blind.blind_s - 0.99).abs() < 1e-9);
+        let (seen, unseen) = (walked.drift_since(&start), blind.drift_since(&start));
+        assert!(unseen.0 > 3.0 * seen.0 && unseen.1 > 5.0 * seen.1);
+        let mut parted = start;
+        parted.cut();
+        assert!(parted.drift_since(&start) > (2.0, 0.5), "after a cut it may be a room further on");
+    }
+}
