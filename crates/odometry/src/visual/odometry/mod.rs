@@ -1,6 +1,7 @@
 //! Where was the camera at every frame? Tracking against the map, keyframe by keyframe, and never a reset.
 //!
-//! frame ─▶ follow points ─▶ (no map yet: `start`) ─▶ pose against the map ─▶ distances ─▶ `keyframes` ─▶ `unit`, bundle
+//! frame ─▶ follow points ─▶ (no map yet: `start`) ─▶ pose against the map ─▶ distances ─▶ `keyframes` ─▶ `reseen`, `unit`, bundle
+//! ─▶ at the end `links` (pose graph)
 //!
 //! Pitfall: at the corner of a corridor the view is a blank wall and the motion a near-pure rotation. Points there begin as
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
@@ -22,6 +23,7 @@ use crate::metres::metric_scale;
 use crate::visual::axes::Fix;
 use crate::visual::begin::Beginning;
 use crate::visual::compass::Compass;
+use crate::visual::graph::GraphSolver;
 use crate::visual::lines::Edge;
 use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, knows_depth, pose};
 use crate::visual::motion::Motion;
@@ -39,6 +41,8 @@ use crate::visual::view::Views;
 pub struct OdometryOptions {
     /// Solver of the relative pose between two views.
     pub solver: Solver,
+    /// Solver of the pose graph that joins places which are seen again.
+    pub graph_solver: GraphSolver,
     /// What chance grows from.
     pub seed: Seed,
     /// Noise of a followed point, pixels.
@@ -51,7 +55,8 @@ pub struct OdometryOptions {
 
 impl Default for OdometryOptions {
     fn default() -> Self {
-        Self { solver: Solver::default(), seed: Seed(0), sigma_px: 1.0, window: 8, walking_speed_m_s: 1.1 }
+        let (solver, graph_solver) = (Solver::default(), GraphSolver::default());
+        Self { solver, graph_solver, seed: Seed(0), sigma_px: 1.0, window: 8, walking_speed_m_s: 1.1 }
     }
 }
 

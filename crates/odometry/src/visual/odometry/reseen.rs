@@ -227,7 +227,9 @@ mod tests {
         let frames: Vec<VideoFrame> = scene.frames().take(48).collect();
         let (first, step) = (frames[0].stamp, frames[1].stamp.0 - frames[0].stamp.0);
         let at = |i: usize| Stamp(first.0 + i as i64 * step);
-        frames.iter().for_each(|frame| drop(odometry.push(frame).unwrap()));
+        for frame in &frames {
+            odometry.push(frame).unwrap();
+        }
         let before = odometry.posed.last().map(|p| odometry.map.pose(p.reference.unwrap()) * p.reference_from_camera).unwrap();
         let (width, height) = (frames[0].image.width(), frames[0].image.height());
         for i in 48..63 {

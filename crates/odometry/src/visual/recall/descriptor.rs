@@ -96,6 +96,8 @@ impl Pattern {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use planwalk_types::GrayImage;
     use proptest::prelude::*;
 
@@ -110,7 +112,7 @@ mod tests {
             let (x, y) = (cos * x + sin * y, cos * y - sin * x);
             let blobs = (0..6).map(|i| {
                 let (wave, i) = (20.0 + 11.0 * f64::from(i), f64::from(i));
-                libm::sin(x * 6.28 / wave + i) * libm::sin((y + 0.3 * x) * 6.28 / (wave + 7.0) + 2.0 * i)
+                libm::sin(x * TAU / wave + i) * libm::sin((y + 0.3 * x) * TAU / (wave + 7.0) + 2.0 * i)
             });
             let value = 128.0 + 25.0 * blobs.sum::<f64>();
             (light.0 * value + light.1 + rng.random_range(-4.0..4.0)).clamp(0.0, 255.0) as u8
