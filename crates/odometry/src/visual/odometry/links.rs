@@ -14,6 +14,7 @@ use crate::visual::axes::Fix;
 use crate::visual::graph::{Edge, EdgeKind, Graph, GraphOptions, Node, information, optimise};
 use crate::visual::map::{Keyframe, KeyframeId, Pose};
 use crate::visual::recall::Odometer;
+use crate::visual::two_view::rotation::median;
 
 /// How a keyframe was reached from the one before: what may have gone wrong between them.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +66,9 @@ impl VisualOdometry {
         }
     }
 
-    /// Moves the keyframes to where the places that were seen again, the edges of the building and the way between them agree.
-    pub(super) fn close_links(&mut self) {
+    /// Moves the keyframes to where the places that were seen again, the edges of the building and the way between them agree; returns by how
+    /// much lengths changed, in the median.
+    pub(super) fn close_links(&mut self) -> f64 {
         let fix = |k: &Keyframe| k.fix.filter(|fix| fix.error(&k.pose.rotation).norm() < FIXED_RAD).map(|fix| shared(&fix));
         let nodes = self.map.keyframes.iter().map(|k| Node { odom_from_keyframe: Similarity::from(&k.pose), fix: fix(k) }).collect();
         let edges = self.chain().chain(self.links.iter().map(of_link)).collect();
@@ -74,6 +76,7 @@ impl VisualOdometry {
         let solution =
             optimise(&graph, &GraphOptions { solver: self.options.graph_solver, seed: self.options.seed, ..GraphOptions::default() });
         self.apply(&solution.nodes);
+        if solution.nodes.is_empty() { 1.0 } else { median(solution.nodes.iter().map(|n| n.scale).collect()) }
     }
 
     fn chain(&self) -> impl Iterator<Item = Edge> {

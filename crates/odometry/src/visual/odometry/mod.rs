@@ -393,11 +393,11 @@ impl VisualOdometry {
         }
         let up = self.compass.level().unwrap_or_else(|| ground::up(&place(&self.posed, &self.map)));
         self.right_first_unit(&up);
-        self.close_links();
+        let rescaled = self.close_links();
         let poses = place(&self.posed, &self.map);
         let level = ground::level(&poses, &up);
         let poses = ground::levelled(&poses, &level, 1.0);
-        let unit = metric_scale(&poses, self.map.planes.camera_height(), self.options.walking_speed_m_s);
+        let unit = metric_scale(&poses, self.map.planes.camera_height().map(|h| h * rescaled), self.options.walking_speed_m_s);
         let poses = ground::levelled(&poses, &UnitQuaternion::identity(), unit.metres_per_unit);
         let by_stamp: BTreeMap<Stamp, usize> = poses.iter().enumerate().map(|(i, p)| (p.stamp, i)).collect();
         let seen = self.seen_points.iter().filter_map(|s| by_stamp.get(&s.stamp).map(|i| (&poses[*i], s.scaled(unit.metres_per_unit))));

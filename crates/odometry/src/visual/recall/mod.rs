@@ -17,7 +17,7 @@ use crate::visual::map::KeyframeId;
 use crate::visual::track::TrackId;
 use descriptor::Descriptor;
 
-/// Most points that are remembered: 200 bytes each, six minutes of a walk at a hundred new ones a second.
+/// Most points that are remembered: 200 bytes each, five minutes of a walk that sees a hundred new ones a second.
 const MOST: usize = 30_000;
 
 /// How far and how blindly odometry went since the walk began: what of a memory may have drifted.
