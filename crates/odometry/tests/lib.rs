@@ -81,6 +81,8 @@ fn a_covered_lens_is_a_gap_and_not_the_end() {
     assert!(gap.to.secs_since(gap.from) > 0.4 && gap.cause.starts_with("blank"), "{gap:?}");
     // Steps of the gap know that they know little.
     assert!(found.path.steps[64].unit_change > 0.0 && found.path.steps[64].covariance[(2, 2)] > found.path.steps[30].covariance[(2, 2)]);
+    let sigma = |i: usize| (found.quality[i].turn_sigma_rad, found.quality[i].shift_sigma);
+    assert!(sigma(64).0 > 10.0 * sigma(30).0 && sigma(64).1 > 3.0 * sigma(30).1, "{:?} {:?}", sigma(64), sigma(30));
     let end = found.poses[FRAMES - 1].odom_from_camera.iso.translation.vector;
     assert!(end.iter().all(|c| c.is_finite()) && end.norm() < 20.0, "{end}");
     // Edges are seen again: up is as good as before the gap, for a camera whose tilt the bobbing changes by half a degree.
@@ -148,6 +150,7 @@ fn each_frame_says_how_well_it_was_followed_and_the_body_how_long_a_unit_is() {
     // Nobody walks through this building: what disagrees with the map slipped.
     assert!(late.iter().map(|q| q.movers).sum::<f64>() / (late.len() as f64) < 0.15);
     assert!(late.iter().all(|q| q.sharpness > 0.3 && q.tilt_sigma_rad > 0.0 && q.tilt_sigma_rad < 0.17));
+    assert!(late.iter().all(|q| q.turn_sigma_rad > 0.0 && q.turn_sigma_rad < 0.01 && q.shift_sigma > 0.0 && q.shift_sigma < 0.05));
     // The camera is 1.52 m up, and a body's cues are good to a sixth.
     let (_, length) = error_on_floor(&found, &scene);
     let factor = found.path.length() / length;

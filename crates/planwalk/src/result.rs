@@ -215,6 +215,12 @@ pub struct SecondEntry {
     pub sharpness: f64,
     /// Standard deviation of the direction of gravity, degrees.
     pub tilt_sigma_deg: f64,
+    /// Standard deviation of a frame's turn against the map around it, an axis, degrees.
+    #[serde(default)]
+    pub turn_sigma_deg: f64,
+    /// Standard deviation of a frame's position against the map around it, an axis, in the path's unit.
+    #[serde(default)]
+    pub shift_sigma: f64,
 }
 
 impl SecondEntry {
@@ -237,6 +243,8 @@ impl SecondEntry {
             parallax_deg_s: mean(&|_, q| q.parallax_rad_s.to_degrees()),
             sharpness: mean(&|_, q| q.sharpness),
             tilt_sigma_deg: mean(&|_, q| q.tilt_sigma_rad.to_degrees()),
+            turn_sigma_deg: mean(&|_, q| q.turn_sigma_rad.to_degrees()),
+            shift_sigma: mean(&|_, q| q.shift_sigma),
         }
     }
 }

@@ -71,6 +71,18 @@ pub struct FrameQuality {
     pub sharpness: f64,
     /// Standard deviation of the direction of gravity, radians.
     pub tilt_sigma_rad: f64,
+    /// Standard deviation of its turn, and of its position, against the map around it, an axis each: radians, and units of the path.
+    /// From the smoother, so that a gap between two known places is known best at its ends.
+    pub turn_sigma_rad: f64,
+    /// See `turn_sigma_rad`.
+    pub shift_sigma: f64,
+}
+
+impl FrameQuality {
+    /// The same with lengths times `scale`.
+    pub(super) fn scaled(&self, scale: f64) -> Self {
+        Self { shift_sigma: self.shift_sigma * scale, ..*self }
+    }
 }
 
 /// A stretch of video in which nothing usable was seen.

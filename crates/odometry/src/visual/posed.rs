@@ -3,6 +3,7 @@
 //! frames on keyframes ─▶ [`place`] ─▶ smoothed ([`super::filter`]): what was only guessed on the way lies between what was seen
 //! before and after
 
+use nalgebra::Matrix6;
 use planwalk_types::{CameraPose, Rigid3, Stamp, TrackingState};
 
 use super::filter::{Measured, smooth};
@@ -35,20 +36,28 @@ const TURNED_RAD: f64 = 0.01;
 /// The same of what was guessed, in a gap that is not bridged.
 const GUESSED: (f64, f64) = (0.05, 0.05);
 
+/// A frame's pose, and how well it is known against the map around it, one standard deviation of an axis: radians and units.
+pub(super) struct Placed {
+    pub pose: CameraPose,
+    pub turn_sigma_rad: f64,
+    pub shift_sigma: f64,
+}
+
 /// The poses of all frames: each from its keyframe, and all together as a camera moves ([`smooth`]), which bridges gaps and finds
 /// repeats between their neighbours. A cut parts what comes before it from what comes after.
-pub(super) fn place(posed: &[Posed], map: &Map) -> Vec<CameraPose> {
-    let mut poses = as_posed(posed, map);
+pub(super) fn place(posed: &[Posed], map: &Map) -> Vec<Placed> {
+    let poses = as_posed(posed, map);
     let measured = measured(posed, &poses);
     let cuts = (0..=poses.len()).filter(|i| *i == 0 || *i == poses.len() || poses[*i].state == TrackingState::Cut);
     let cuts: Vec<usize> = cuts.collect();
-    for ends in cuts.windows(2) {
-        let smoothed = smooth(&measured[ends[0]..ends[1]]);
-        for (pose, (found, _)) in poses[ends[0]..ends[1]].iter_mut().zip(smoothed) {
-            pose.odom_from_camera.iso = found;
-        }
-    }
-    poses
+    let smoothed = cuts.windows(2).flat_map(|ends| smooth(&measured[ends[0]..ends[1]]));
+    let axis = |covariance: &Matrix6<f64>, from: usize| (covariance.fixed_view::<3, 3>(from, from).trace() / 3.0).max(0.0).sqrt();
+    let placed = |(pose, (found, covariance)): (CameraPose, (Pose, Matrix6<f64>))| Placed {
+        pose: CameraPose { odom_from_camera: Rigid3::new(found), ..pose },
+        turn_sigma_rad: axis(&covariance, 0),
+        shift_sigma: axis(&covariance, 3),
+    };
+    poses.into_iter().zip(smoothed).map(placed).collect()
 }
 
 /// What was found of each frame, and how well. What was only guessed on the way is left out, where it can be bridged.
@@ -106,7 +115,7 @@ mod tests {
                 blind: None,
             })
             .to_vec();
-        let x: Vec<f64> = place(&posed, &Map::default()).iter().map(|p| p.odom_from_camera.origin().coords.x).collect();
+        let x: Vec<f64> = place(&posed, &Map::default()).iter().map(|p| p.pose.odom_from_camera.origin().coords.x).collect();
         // A third of the way in time; the camera then stands, so it was faster at first: a twelfth further on.
         assert!((x[1] - 2.0).abs() < 0.5, "{x:?}");
         // Good poses stay, to a ten-thousandth of the way.
@@ -130,7 +139,7 @@ mod tests {
                     blind: None,
                 })
                 .collect();
-            place(&posed, &Map::default()).iter().map(|p| p.odom_from_camera.origin().coords.x).collect()
+            place(&posed, &Map::default()).iter().map(|p| p.pose.odom_from_camera.origin().coords.x).collect()
         };
         // The smoother leaves good poses where they are, to a thousandth of a unit.
         let near = |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);

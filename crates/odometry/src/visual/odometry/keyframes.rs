@@ -67,6 +67,7 @@ impl VisualOdometry {
         self.compass.held(&now.rotation);
         self.keep_unit(id);
         bundle::adjust(&mut self.map, &options);
+        self.pair_up(id);
         self.forget_old_rays(id);
         let adjusted = *self.map.pose(id);
         if let Some(posed) = self.posed.last_mut() {

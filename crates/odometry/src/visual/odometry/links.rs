@@ -1,7 +1,7 @@
 //! Where were the keyframes, given the places that were seen again and the building's edges? The pose graph at the end of a walk.
 //!
-//! chain of keyframes + [`Link`]s + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with its own unit; frames and points go
-//! along
+//! chain of keyframes + pairs of each window + [`Link`]s + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with its own
+//! unit; frames and points go along
 //!
 //! Without links and fixes nothing is moved.
 
@@ -27,12 +27,12 @@ pub(super) struct Passage {
     pub reached: Option<Pose>,
 }
 
-/// What one step of the chain may be off: as a share of its way, and of the way that nothing measured; radians, and radians for each
+/// What one step of the chain may be off, pairs aside that hold it too: as a share of its way, and of the way that nothing measured; radians, and radians for each
 /// second in which nothing said how the camera turned.
-const CHAIN_WAY: f64 = 0.03;
+const CHAIN_WAY: f64 = 0.045;
 const CHAIN_ADRIFT: f64 = 0.7;
 const CHAIN_STILL: f64 = 2e-3;
-const CHAIN_TURN_RAD: f64 = 3e-3;
+const CHAIN_TURN_RAD: f64 = 4.5e-3;
 const CHAIN_BLIND_RAD_S: f64 = 0.3;
 /// Logarithm of the unit's error from one keyframe to the next that no point with a distance joins; n of them leave the (n + 1)th part.
 const CHAIN_UNIT: f64 = 0.5;
@@ -60,6 +60,9 @@ impl VisualOdometry {
             link.a_from_b.translation.vector *= if a { factor } else { 1.0 };
             link.scale = link.scale.map(|scale| scale * if a { factor } else { 1.0 } / if b { factor } else { 1.0 });
         }
+        for pair in self.window_pairs.iter_mut().filter(|pair| within(pair.a)) {
+            pair.far *= factor;
+        }
         let after = self.passages.iter_mut().enumerate().filter(|(k, _)| k.checked_sub(1).is_some_and(|before| within(KeyframeId(before))));
         for reached in after.filter_map(|(_, passage)| passage.reached.as_mut()) {
             reached.translation.vector *= factor;
@@ -71,7 +74,8 @@ impl VisualOdometry {
     pub(super) fn close_links(&mut self) -> f64 {
         let fix = |k: &Keyframe| k.fix.filter(|fix| fix.error(&k.pose.rotation).norm() < FIXED_RAD).map(|fix| shared(&fix));
         let nodes = self.map.keyframes.iter().map(|k| Node { odom_from_keyframe: Similarity::from(&k.pose), fix: fix(k) }).collect();
-        let edges = self.chain().chain(self.links.iter().map(of_link)).collect();
+        let pairs = self.window_pairs.iter().map(|pair| pair.edge(self.map.pose(pair.a), self.map.pose(pair.b)));
+        let edges = self.chain().chain(pairs).chain(self.links.iter().map(of_link)).collect();
         let graph = Graph { nodes, edges };
         let solution =
             optimise(&graph, &GraphOptions { solver: self.options.graph_solver, seed: self.options.seed, ..GraphOptions::default() });
@@ -131,6 +135,7 @@ mod tests {
     use super::*;
     use crate::visual::graph::GraphSolver;
     use crate::visual::odometry::OdometryOptions;
+    use crate::visual::odometry::pairs::WindowPair;
 
     /// A walk straight ahead and back again, a unit a keyframe, of which the steps from `lost` to `found` are in another unit.
     fn walk(lost: usize, found: usize, other_unit: f64) -> VisualOdometry {
@@ -179,6 +184,29 @@ mod tests {
         odometry.close_links();
         let worst = odometry.map.keyframes.iter().zip(&before).map(|(k, b)| (k.pose.translation.vector - b.translation.vector).norm());
         assert!(worst.fold(0.0, f64::max) < 0.15, "less than a sigma of the lie");
+    }
+
+    #[test]
+    fn what_was_seen_from_a_whole_window_bends_less_than_what_was_not() {
+        let moved = |paired: bool| {
+            let mut odometry = walk(0, 0, 1.0);
+            let saw_alike = |a: usize, b: usize| (a < 5) == (b < 5);
+            let pairs =
+                (0..10usize).flat_map(|a| (a + 2..=(a + 4).min(10)).map(move |b| (a, b))).filter(|(a, b)| paired && saw_alike(*a, *b));
+            odometry.window_pairs = pairs.map(|(a, b)| WindowPair { a: KeyframeId(a), b: KeyframeId(b), shared: 60, far: 4.0 }).collect();
+            // Half a unit less from the first to the last.
+            odometry.links = (0..3).map(|_| link(0, 10, 9.5, None)).collect();
+            odometry.close_links();
+            let step = |k: usize| {
+                (odometry.map.pose(KeyframeId(k + 1)).translation.z - odometry.map.pose(KeyframeId(k)).translation.z - 1.0).abs()
+            };
+            // Between 4 and 5 nothing was seen from both sides.
+            (step(4), (0..10).filter(|k| *k != 4).map(step).fold(0.0, f64::max))
+        };
+        let (gap, others) = moved(false);
+        assert!((gap - others).abs() < 0.02, "a chain bends alike everywhere: {gap} and {others}");
+        let (gap, others) = moved(true);
+        assert!(gap > 1.5 * others, "pairs hold what they see: {gap} and {others}");
     }
 
     #[test]

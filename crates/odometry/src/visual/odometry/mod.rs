@@ -8,6 +8,7 @@
 
 mod keyframes;
 mod links;
+mod pairs;
 mod reseen;
 mod stand;
 mod start;
@@ -16,7 +17,7 @@ mod unit;
 use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{UnitQuaternion, Vector3};
-use planwalk_types::{Camera, Seed, Stamp, TrackingState, VideoFrame};
+use planwalk_types::{Camera, CameraPose, Seed, Stamp, TrackingState, VideoFrame};
 
 use crate::ground::{self, SeenPoint};
 use crate::metres::metric_scale;
@@ -87,6 +88,7 @@ pub struct VisualOdometry {
     /// How each keyframe was reached.
     passages: Vec<links::Passage>,
     links: Vec<reseen::Link>,
+    window_pairs: Vec<pairs::WindowPair>,
     most_tracks: usize,
     /// Points followed when the newest keyframe was taken.
     tracks_at_keyframe: usize,
@@ -126,6 +128,7 @@ impl VisualOdometry {
             odometer: Odometer::default(),
             passages: Vec::new(),
             links: Vec::new(),
+            window_pairs: Vec::new(),
             most_tracks: 0,
             tracks_at_keyframe: 0,
         }
@@ -330,7 +333,7 @@ impl VisualOdometry {
             self.views.usual(&view);
         }
         let blind = (state == TrackingState::Propagated).then(|| self.views.why_blind(&view, points));
-        (FrameQuality { points, movers, parallax_rad_s, sharpness, tilt_sigma_rad }, blind)
+        (FrameQuality { points, movers, parallax_rad_s, sharpness, tilt_sigma_rad, ..FrameQuality::default() }, blind)
     }
 
     /// How fast points at the usual distance go by when the camera goes from the last pose to this one.
@@ -380,6 +383,15 @@ impl VisualOdometry {
         self.tracker.tracks().iter().filter_map(|t| self.map.landmarks.get(&t.id))
     }
 
+    /// Where the frames were, on the keyframes as they are; how well that is known is noted of each.
+    fn placed(&mut self) -> Vec<CameraPose> {
+        let placed = place(&self.posed, &self.map);
+        for (posed, placed) in self.posed.iter_mut().zip(&placed) {
+            (posed.quality.turn_sigma_rad, posed.quality.shift_sigma) = (placed.turn_sigma_rad, placed.shift_sigma);
+        }
+        placed.into_iter().map(|p| p.pose).collect()
+    }
+
     /// The whole clip's odometry.
     ///
     /// # Errors
@@ -391,10 +403,11 @@ impl VisualOdometry {
         if self.most_tracks < FEW {
             return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
         }
-        let up = self.compass.level().unwrap_or_else(|| ground::up(&place(&self.posed, &self.map)));
+        let up = self.compass.level().unwrap_or_else(|| ground::up(&self.placed()));
         self.right_first_unit(&up);
+        self.pair_up_the_rest();
         let rescaled = self.close_links();
-        let poses = place(&self.posed, &self.map);
+        let poses = self.placed();
         let level = ground::level(&poses, &up);
         let poses = ground::levelled(&poses, &level, 1.0);
         let unit = metric_scale(&poses, self.map.planes.camera_height().map(|h| h * rescaled), self.options.walking_speed_m_s);
@@ -404,7 +417,7 @@ impl VisualOdometry {
         let sightings = ground::sightings(&seen.collect::<Vec<_>>());
         let path = ground::path(&poses);
         let gaps = gaps(&self.posed);
-        let quality = self.posed.iter().map(|p| p.quality).collect();
+        let quality = self.posed.iter().map(|p| p.quality.scaled(unit.metres_per_unit)).collect();
         Ok(Odometry { poses, path, sightings, gaps, quality, unit: unit.applied() })
     }
 }

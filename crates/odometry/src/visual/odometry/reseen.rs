@@ -10,9 +10,9 @@ use nalgebra::Vector3;
 use super::{Stage, VisualOdometry};
 use crate::visual::axes::Fix;
 use crate::visual::map::{KeyframeId, Landmark, Pose, direction, pose};
+use crate::visual::recall::Remembered;
 use crate::visual::recall::descriptor::Descriptor;
 use crate::visual::recall::matching::{self, Expected, Seen};
-use crate::visual::recall::{Odometer, Remembered};
 use crate::visual::track::TrackId;
 use crate::visual::two_view::rotation::median;
 
@@ -199,13 +199,12 @@ impl VisualOdometry {
     /// Remembers the followed points as they are at this keyframe; those that only begin here are as they were remembered.
     fn remember_followed(&mut self, id: KeyframeId, candidates: &[Candidate]) {
         let camera = *self.map.pose(id);
-        let odometer: Odometer = self.odometer;
         for (track, candidate) in candidates.iter().filter_map(|c| Some((c.followed?, c))) {
             let sound = |l: &&Landmark| l.has_depth() && l.strikes == 0 && l.anchor != id;
             let Some(landmark) = self.map.landmarks.get(&track).filter(sound) else { continue };
             let nearer = 1.0 / self.map.direction(landmark, &camera).norm();
             let (rho, sigma_rho) = (landmark.rho * nearer, landmark.sigma_rho * nearer);
-            let (ray, looks) = (candidate.ray, candidate.looks);
+            let (ray, looks, odometer) = (candidate.ray, candidate.looks, self.odometer);
             self.memory.remember(track, Remembered { keyframe: id, ray, rho, sigma_rho, looks, odometer });
         }
     }
