@@ -44,7 +44,7 @@ pub struct Node {
 pub enum EdgeKind {
     /// Neighbours of the odometry.
     Chain,
-    /// Another pair of one window.
+    /// Another pair that is measured: of one window, or by the speed of the walk at both.
     Pair,
     /// A place that was seen again; the only kind that may lie.
     Loop,

@@ -1,9 +1,9 @@
 //! Where were the keyframes, given the places that were seen again and the building's edges? The pose graph at the end of a walk.
 //!
-//! chain of keyframes + pairs of each window + [`Link`]s + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with its own
-//! unit; frames and points go along
+//! chain of keyframes + pairs of each window + [`Link`]s + usual speed + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with
+//! its own unit; frames and points go along
 //!
-//! Without links and fixes nothing is moved.
+//! Where none of them disagrees with the chain nothing is moved.
 
 use nalgebra::Matrix3;
 use planwalk_types::Similarity;
@@ -69,13 +69,13 @@ impl VisualOdometry {
         }
     }
 
-    /// Moves the keyframes to where the places that were seen again, the edges of the building and the way between them agree; returns by how
-    /// much lengths changed, in the median.
+    /// Moves the keyframes to where the places that were seen again, the edges of the building, the usual speed of the walk and the way between
+    /// them agree; returns by how much lengths changed, in the median.
     pub(super) fn close_links(&mut self) -> f64 {
         let fix = |k: &Keyframe| k.fix.filter(|fix| fix.error(&k.pose.rotation).norm() < FIXED_RAD).map(|fix| shared(&fix));
         let nodes = self.map.keyframes.iter().map(|k| Node { odom_from_keyframe: Similarity::from(&k.pose), fix: fix(k) }).collect();
         let pairs = self.window_pairs.iter().map(|pair| pair.edge(self.map.pose(pair.a), self.map.pose(pair.b)));
-        let edges = self.chain().chain(pairs).chain(self.links.iter().map(of_link)).collect();
+        let edges = self.chain().chain(pairs).chain(self.links.iter().map(of_link)).chain(self.pace_edges()).collect();
         let graph = Graph { nodes, edges };
         let solution =
             optimise(&graph, &GraphOptions { solver: self.options.graph_solver, seed: self.options.seed, ..GraphOptions::default() });

@@ -8,6 +8,7 @@
 
 mod keyframes;
 mod links;
+mod pace;
 mod pairs;
 mod reseen;
 mod stand;
