@@ -27,7 +27,8 @@ pub(super) struct Passage {
     pub reached: Option<Pose>,
 }
 
-/// What one step of the chain may be off, pairs aside that hold it too: as a share of its way, and of the way that nothing measured; radians, and radians for each
+/// What one step of the chain may be off, pairs aside that hold it too: as a share of its way, and of the way that nothing measured;
+/// radians, and radians for each
 /// second in which nothing said how the camera turned.
 const CHAIN_WAY: f64 = 0.045;
 const CHAIN_ADRIFT: f64 = 0.7;

@@ -16,8 +16,8 @@ use crate::visual::two_view::rotation::median;
 
 /// Half of the time over which a speed is taken, seconds: a step or two.
 const AROUND_S: f64 = 1.0;
-/// Logarithm of how much faster, and how much slower, people walk for a second or two than they usually do. Of 2,700 seconds of 46 walks
-/// one in twenty was faster by a quarter, one in six slower by a third, and one in twenty slower by four fifths.
+/// Logarithm of how much faster, and how much slower, people walk for a second or two than they usually do. Of 1,266 seconds of 40 walks
+/// one in twenty was faster by 30 %, one in six slower by half, and one in twenty slower by three quarters.
 const FASTER: f64 = 0.3;
 const SLOWER: f64 = 1.0;
 /// Who is slower than this share of the usual speed stands, or turns on the spot.
