@@ -115,6 +115,9 @@ impl Plan<'_> {
     }
 }
 
+/// Who answers where there is no plan, or where it is not asked: nobody but the odometry.
+pub const ODOMETRY: &str = "odometry";
+
 /// Who answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Answer {
@@ -130,7 +133,7 @@ impl Answer {
     fn name(self) -> String {
         match self {
             Self::Localiser(method) => method.to_string(),
-            Self::Odometry => "odometry".to_owned(),
+            Self::Odometry => ODOMETRY.to_owned(),
             Self::Foreign => "foreign".to_owned(),
         }
     }

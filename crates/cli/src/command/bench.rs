@@ -11,7 +11,7 @@ use planwalk::types::Status;
 use serde::Serialize;
 
 use crate::args::BenchArgs;
-use crate::bench::run::Plan;
+use crate::bench::run::{ODOMETRY, Plan};
 use crate::bench::suite::{Job, Suite};
 use crate::failure::{self, Failure};
 use crate::output::Output;
@@ -148,10 +148,14 @@ struct TargetEntry<'a> {
     met: bool,
 }
 
-/// The suite's targets, held against the first of its methods.
+/// The suite's targets, held against the first of its methods; where no localiser answers, against the odometry.
 fn verdicts(suite: &Suite, records: &[Record]) -> Vec<Verdict> {
     let method = suite.methods.first().copied().unwrap_or_default().to_string();
-    suite.targets.iter().map(|target| target.judge(records, &method)).collect()
+    let judge = |target: &Target| match target.judge(records, &method) {
+        Verdict { walks: 0, .. } => target.judge(records, ODOMETRY),
+        localised => localised,
+    };
+    suite.targets.iter().map(judge).collect()
 }
 
 /// Most memory that this process ever held, where the system says so.
@@ -239,4 +243,25 @@ fn in_order(suite: &Suite, records: Vec<Record>) -> Vec<Record> {
     };
     newest.sort_by_cached_key(|record| (place(record), record.case.clone(), record.seed, record.method.clone()));
     newest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_of_walks_without_a_plan_are_held_against_the_odometry() {
+        let suite = Suite::open("odometry").unwrap();
+        let record = |group: &str, method: &str| {
+            format!(
+                r#"{{"schema":"planwalk-bench/1","suite":"odometry","group":"{group}","case":"{group}","method":"{method}","seed":0,"version":"",
+                "given":"","walk_s":1,"error":"gone"}}"#
+            )
+            .replace('\n', "")
+        };
+        let lines = format!("{}\n{}\n", record("icsl", "odometry"), record("rendered, steady", "foreign"));
+        let verdicts = verdicts(&suite, &bench::record::parse(&lines).unwrap());
+        let walks = |group: &str| verdicts.iter().find(|v| v.target.group == group).unwrap().walks;
+        assert_eq!((walks("icsl"), walks("rendered, steady")), (1, 0), "what others made is not ours");
+    }
 }

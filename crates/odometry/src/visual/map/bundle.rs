@@ -1,15 +1,18 @@
 //! What poses and distances explain the last keyframes best together? Windowed bundle adjustment.
 //!
 //! Levenberg–Marquardt on keyframe poses (6) and inverse distances (1), the distances eliminated by the Schur complement
-//! (Triggs et al. 2000, §6.1), Huber loss. The oldest keyframes of the window stay fixed: they hold position, heading and scale.
+//! (Triggs et al. 2000, §6.1), Huber loss. Keyframes before the window stay fixed: they hold position, heading and scale; or a marginal prior does ([`WindowPast`]).
 //! A weak prior on how fast the speed changes holds the scale where nothing else does: in a corner, in front of a blank wall.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix2x6, Matrix3, UnitQuaternion, Vector3, Vector6};
 
+use super::prior::WindowPrior;
 use super::{KeyframeId, Landmark, MIN_RHO, Map, Pose, Residual, direction};
 use crate::visual::axes::Fix;
+use crate::visual::track::TrackId;
 
 /// Options of [`adjust`].
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +25,18 @@ pub struct BundleOptions {
     pub iterations: usize,
     /// How fast the speed may change: units/s per √s, one standard deviation.
     pub speed_walk: f64,
+    /// What holds the oldest of them.
+    pub past: WindowPast,
+}
+
+/// What holds the window to all that was before it?
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum WindowPast {
+    /// The keyframes before it stay as they are.
+    #[default]
+    Held,
+    /// A marginal prior over its poses: [`WindowPrior`]. Anchors, and rays of points that are still followed, stay as they are.
+    Marginal,
 }
 
 /// Loss turns linear at this many standard deviations (Huber).
@@ -46,6 +61,8 @@ struct Problem<'a> {
     turns: Vec<UnitQuaternion<f64>>,
     leaps: &'a BTreeSet<KeyframeId>,
     fixes: Vec<Option<Fix>>,
+    prior: Option<&'a WindowPrior>,
+    ties: Ties,
     landmarks: Vec<(&'a Landmark, Vec<Ray<'a>>)>,
     options: BundleOptions,
 }
@@ -56,13 +73,13 @@ struct Problem<'a> {
 pub fn adjust(map: &mut Map, options: &BundleOptions) -> Option<f64> {
     let count = map.keyframes.len();
     // Two stay fixed at least: with one, the scale would be free.
-    let first = count.saturating_sub(options.window).max(2.min(count.saturating_sub(1)));
+    let first = first_moved(count, options);
     if count < 2 || first >= count {
         return None;
     }
     let ids: Vec<_> = map.landmarks.keys().copied().collect();
     let (poses, rhos, sigmas, rms) = {
-        let problem = Problem::new(map, first, *options);
+        let problem = Problem::new(map, first, Ties::of(first, count, options.past), *options, |_, _| true);
         problem.solve()?
     };
     for (keyframe, pose) in map.keyframes.iter_mut().zip(poses) {
@@ -77,10 +94,59 @@ pub fn adjust(map: &mut Map, options: &BundleOptions) -> Option<f64> {
     Some(rms)
 }
 
+fn first_moved(count: usize, options: &BundleOptions) -> usize {
+    count.saturating_sub(options.window).max(2.min(count.saturating_sub(1)))
+}
+
+/// Lets the keyframe go that the window of the next one will not move any more: what was measured of it, but by points that are
+/// still followed, stays as a prior over the poses of the rest, if that is what holds them.
+pub fn let_go(map: &mut Map, options: &BundleOptions, followed: &BTreeSet<TrackId>) {
+    if options.past == WindowPast::Held {
+        return;
+    }
+    let count = map.keyframes.len();
+    let (first, next) = (first_moved(count, options), first_moved(count + 1, options));
+    if next == first || next >= count {
+        return;
+    }
+    let ties = Ties::of(first, count, options.past).less(&Ties::of(next, count, options.past));
+    let sees = |landmark: &Landmark| landmark.anchor.0 == first || landmark.seen.iter().any(|(k, _)| k.0 == first);
+    let goes = |id: &TrackId, landmark: &Landmark| !followed.contains(id) && sees(landmark);
+    let prior = Problem::new(map, first, ties, *options, goes).marginal();
+    map.landmarks.retain(|id, landmark| !goes(id, landmark));
+    map.prior = prior;
+}
+
+/// What ties keyframes to those before them: keyframes whose turn, whose speed, and whose edges count.
+#[derive(Debug, Clone, PartialEq)]
+struct Ties {
+    turns: Range<usize>,
+    speeds: Range<usize>,
+    fixes: Range<usize>,
+}
+
+impl Ties {
+    /// Those of the keyframes that are moved. Where a prior knows what was before, they touch nothing before the first, but the two
+    /// that the walk began with.
+    fn of(first: usize, count: usize, past: WindowPast) -> Self {
+        let after = |n: usize| if past == WindowPast::Held || first <= 2 { first } else { first + n };
+        Self { turns: after(1).max(1)..count, speeds: after(2).max(2)..count, fixes: first..count }
+    }
+
+    /// Those that the other, later one does not have.
+    fn less(self, later: &Self) -> Self {
+        Self {
+            turns: self.turns.start..later.turns.start,
+            speeds: self.speeds.start..later.speeds.start,
+            fixes: self.fixes.start..later.fixes.start,
+        }
+    }
+}
+
 type Solution = (Vec<Pose>, Vec<Option<f64>>, Vec<f64>, f64);
 
 impl<'a> Problem<'a> {
-    fn new(map: &'a Map, first: usize, options: BundleOptions) -> Self {
+    fn new(map: &'a Map, first: usize, ties: Ties, options: BundleOptions, takes: impl Fn(&TrackId, &Landmark) -> bool) -> Self {
         let origin = map.keyframes[0].stamp;
         let oldest = first.saturating_sub(2);
         let rays_of = |landmark: &'a Landmark| {
@@ -94,7 +160,9 @@ impl<'a> Problem<'a> {
             turns: map.keyframes.iter().map(|k| k.turn).collect(),
             leaps: &map.leaps,
             fixes: map.keyframes.iter().map(|k| k.fix).collect(),
-            landmarks: map.landmarks.values().map(|l| (l, rays_of(l))).collect(),
+            prior: map.prior.as_ref(),
+            ties,
+            landmarks: map.landmarks.iter().filter(|(id, l)| takes(id, l)).map(|(_, l)| (l, rays_of(l))).collect(),
             options,
         }
     }
@@ -151,23 +219,18 @@ impl<'a> Problem<'a> {
                 sum += if sigmas < HUBER { sigmas * sigmas } else { HUBER * (2.0 * sigmas - HUBER) };
             }
         }
-        for k in self.first.max(2)..poses.len() {
-            sum += self.speed_change(poses, k).0.norm_squared();
-        }
-        for k in self.first.max(1)..poses.len() {
-            sum += self.turn_error(poses, k).0.norm_squared();
-        }
-        for (pose, fix) in poses.iter().zip(&self.fixes).skip(self.first) {
-            sum += fix.map_or(0.0, |fix| fix.cost(&pose.rotation));
-        }
+        sum += self.ties.speeds.clone().map(|k| self.speed_change(poses, k).0.norm_squared()).sum::<f64>();
+        sum += self.ties.turns.clone().map(|k| self.turn_error(poses, k).0.norm_squared()).sum::<f64>();
+        sum += self.ties.fixes.clone().filter_map(|k| Some(self.fixes[k]?.cost(&poses[k].rotation))).sum::<f64>();
+        sum += self.prior.map_or(0.0, |prior| prior.cost(poses));
         (sum, rays_seen)
     }
 
     fn fix_terms(&self, poses: &[Pose], normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
-        for (k, (pose, fix)) in poses.iter().zip(&self.fixes).skip(self.first).enumerate() {
-            let Some(fix) = fix else { continue };
-            let row = 6 * k;
-            gradient.fixed_rows_mut::<3>(row).gemv(1.0, &fix.information, &fix.error(&pose.rotation), 1.0);
+        for k in self.ties.fixes.clone() {
+            let Some(fix) = self.fixes[k] else { continue };
+            let row = 6 * (k - self.first);
+            gradient.fixed_rows_mut::<3>(row).gemv(1.0, &fix.information, &fix.error(&poses[k].rotation), 1.0);
             let mut block = normal.fixed_view_mut::<3, 3>(row, row);
             block += fix.information;
         }
@@ -196,7 +259,7 @@ impl<'a> Problem<'a> {
     }
 
     fn turn_terms(&self, poses: &[Pose], normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
-        for k in self.first.max(1)..poses.len() {
+        for k in self.ties.turns.clone() {
             let (error, by_before) = self.turn_error(poses, k);
             let touched = [(k, Matrix3::identity() / TURN_SIGMA_RAD), (k - 1, by_before)];
             for (i, a) in &touched {
@@ -213,31 +276,7 @@ impl<'a> Problem<'a> {
 
     /// One damped Gauss–Newton step; `None` when the reduced system is not positive definite.
     fn step(&self, poses: &[Pose], rhos: &[f64], damping: f64) -> Option<(Vec<Pose>, Vec<f64>)> {
-        let size = 6 * (poses.len() - self.first);
-        let (mut normal, mut gradient) = (DMatrix::<f64>::zeros(size, size), DVector::<f64>::zeros(size));
-        // Per landmark: its own curvature and gradient, and its coupling to the poses that it touches.
-        let mut eliminated = Vec::with_capacity(rhos.len());
-        for ((landmark, rays), rho) in self.landmarks.iter().zip(rhos) {
-            let entry = self.landmark_terms(poses, landmark, rays, *rho, &mut normal, &mut gradient);
-            eliminated.push(entry);
-        }
-        self.speed_terms(poses, &mut normal, &mut gradient);
-        self.turn_terms(poses, &mut normal, &mut gradient);
-        self.fix_terms(poses, &mut normal, &mut gradient);
-        let diagonal = normal.diagonal();
-        for (i, d) in diagonal.iter().enumerate() {
-            normal[(i, i)] += damping * d.max(1e-6);
-        }
-        for entry in eliminated.iter().filter(|e| !e.coupling.is_empty()) {
-            let inverse = 1.0 / (entry.curvature * (1.0 + damping));
-            for (i, a) in &entry.coupling {
-                gradient.rows_mut(*i, 6).axpy(-inverse * entry.gradient, a, 1.0);
-                for (j, b) in &entry.coupling {
-                    let mut block = normal.fixed_view_mut::<6, 6>(*i, *j);
-                    block -= a * b.transpose() * inverse;
-                }
-            }
-        }
+        let (normal, gradient, eliminated) = self.reduced(poses, rhos, damping);
         let step = -normal.cholesky()?.solve(&gradient);
         let mut next_poses = poses.to_vec();
         for (k, pose) in next_poses.iter_mut().enumerate().skip(self.first) {
@@ -254,6 +293,46 @@ impl<'a> Problem<'a> {
         });
         let next_rhos = next_rhos.collect();
         Some((next_poses, next_rhos))
+    }
+
+    /// What all of it says of the poses but the oldest moved one, as it stands.
+    fn marginal(&self) -> Option<WindowPrior> {
+        let rhos: Vec<f64> = self.landmarks.iter().map(|(l, _)| l.rho).collect();
+        let (normal, gradient, _) = self.reduced(&self.poses, &rhos, 0.0);
+        WindowPrior::without_oldest(KeyframeId(self.first), &self.poses[self.first..], normal, &gradient)
+    }
+
+    /// Normal equations of the poses that are moved, the distances eliminated, and what finds these again.
+    fn reduced(&self, poses: &[Pose], rhos: &[f64], damping: f64) -> (DMatrix<f64>, DVector<f64>, Vec<Eliminated>) {
+        let size = 6 * (poses.len() - self.first);
+        let (mut normal, mut gradient) = (DMatrix::<f64>::zeros(size, size), DVector::<f64>::zeros(size));
+        // Per landmark: its own curvature and gradient, and its coupling to the poses that it touches.
+        let mut eliminated = Vec::with_capacity(rhos.len());
+        for ((landmark, rays), rho) in self.landmarks.iter().zip(rhos) {
+            let entry = self.landmark_terms(poses, landmark, rays, *rho, &mut normal, &mut gradient);
+            eliminated.push(entry);
+        }
+        self.speed_terms(poses, &mut normal, &mut gradient);
+        self.turn_terms(poses, &mut normal, &mut gradient);
+        self.fix_terms(poses, &mut normal, &mut gradient);
+        if let Some(prior) = self.prior {
+            prior.add_to(poses, &mut normal, &mut gradient);
+        }
+        let diagonal = normal.diagonal();
+        for (i, d) in diagonal.iter().enumerate() {
+            normal[(i, i)] += damping * d.max(1e-6);
+        }
+        for entry in eliminated.iter().filter(|e| !e.coupling.is_empty()) {
+            let inverse = 1.0 / (entry.curvature * (1.0 + damping));
+            for (i, a) in &entry.coupling {
+                gradient.rows_mut(*i, 6).axpy(-inverse * entry.gradient, a, 1.0);
+                for (j, b) in &entry.coupling {
+                    let mut block = normal.fixed_view_mut::<6, 6>(*i, *j);
+                    block -= a * b.transpose() * inverse;
+                }
+            }
+        }
+        (normal, gradient, eliminated)
     }
 
     /// Adds a landmark's rays to the poses' system; returns what eliminates its distance.
@@ -301,7 +380,7 @@ impl<'a> Problem<'a> {
     }
 
     fn speed_terms(&self, poses: &[Pose], normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
-        for k in self.first.max(2)..poses.len() {
+        for k in self.ties.speeds.clone() {
             let (error, by) = self.speed_change(poses, k);
             for (i, by_i) in by.iter().enumerate() {
                 let Some(row) = (k - i).checked_sub(self.first) else { continue };
@@ -405,7 +484,7 @@ mod tests {
     }
 
     fn options() -> BundleOptions {
-        BundleOptions { window: 4, sigma_rad: 1e-3, iterations: 20, speed_walk: 2.0 }
+        BundleOptions { window: 4, sigma_rad: 1e-3, iterations: 20, speed_walk: 2.0, past: WindowPast::Held }
     }
 
     #[test]
@@ -451,6 +530,39 @@ mod tests {
         adjust(&mut map, &options()).unwrap();
         // A milliradian against turns of 0.02 rad from frame to frame: they pull by less than 1/400 of the 0.02 rad.
         assert!(map.keyframes[5].pose.rotation.angle_to(&told) < 1e-3, "{}", map.keyframes[5].pose);
+    }
+
+    #[test]
+    fn what_has_left_the_window_still_holds_it_as_a_prior() {
+        let options = BundleOptions { past: WindowPast::Marginal, ..options() };
+        let (mut map, truth) = disturbed(1, 0.0);
+        adjust(&mut map, &options).unwrap();
+        // All but one point are lost from view, and one cannot hold a pose.
+        let followed = BTreeSet::from([TrackId(0)]);
+        let_go(&mut map, &options, &followed);
+        assert_eq!(map.landmarks.len(), 1);
+        assert_eq!(map.prior.as_ref().unwrap().first(), KeyframeId(3));
+        let stamp = Stamp(6 * 300_000_000);
+        map.keyframes.push(super::super::Keyframe { stamp, pose: truth[5], turn: UnitQuaternion::identity(), fix: None });
+        for keyframe in map.keyframes[3..6].iter_mut() {
+            let off = Vector6::new(0.01, -0.01, 0.01, 0.05, -0.05, 0.05);
+            keyframe.pose = super::super::pose::moved(&keyframe.pose, &off);
+        }
+        let worst =
+            |map: &Map| (3..6).map(|k| (map.keyframes[k].pose.translation.vector - truth[k].translation.vector).norm()).fold(0.0, f64::max);
+        let mut unheld = Map { prior: None, ..map.clone() };
+        adjust(&mut map, &options).unwrap();
+        adjust(&mut unheld, &options).unwrap();
+        // As near as all eighty points had brought them, above; the speed of the new keyframe pulls too.
+        assert!(worst(&map) < 4e-3, "{} off", worst(&map));
+        assert!(worst(&unheld) > 4.0 * worst(&map), "{} off without the prior, {} with it", worst(&unheld), worst(&map));
+    }
+
+    #[test]
+    fn held_keyframes_need_no_prior() {
+        let (mut map, _) = disturbed(1, 0.0);
+        let_go(&mut map, &options(), &BTreeSet::new());
+        assert!(map.prior.is_none() && map.landmarks.len() == 80);
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod bundle;
 pub mod depth;
 pub mod planes;
 pub mod pose;
+pub mod prior;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -87,6 +88,8 @@ pub struct Map {
     pub landmarks: BTreeMap<TrackId, Landmark>,
     /// Keyframes whose place was known again by points from before a gap: the way from the keyframe before says nothing.
     pub leaps: BTreeSet<KeyframeId>,
+    /// What is known of the poses that are moved by what is not looked at any more.
+    pub prior: Option<prior::WindowPrior>,
     /// Floor and ceiling.
     pub planes: planes::Planes,
 }
@@ -127,6 +130,9 @@ impl Map {
         for keyframe in &mut self.keyframes[since.0..] {
             keyframe.pose.translation.vector = start + (keyframe.pose.translation.vector - start) * factor;
         }
+        if let Some(prior) = &mut self.prior {
+            prior.rescale(&start, factor, since);
+        }
         for landmark in self.landmarks.values_mut().filter(|l| l.anchor >= since) {
             landmark.rho /= factor;
             landmark.sigma_rho /= factor;
@@ -155,6 +161,9 @@ impl Map {
         let before = oldest.0.checked_sub(1).and_then(|k| self.keyframes.get(k)).map(|k| k.pose.rotation);
         if let (Some(before), Some(first)) = (before, self.keyframes.get_mut(oldest.0)) {
             first.turn = before.inverse() * turn * before * first.turn;
+        }
+        if let Some(prior) = &mut self.prior {
+            prior.turn_about(centre, turn, oldest);
         }
         for keyframe in &mut self.keyframes[oldest.0..] {
             keyframe.pose.translation.vector = centre + turn * (keyframe.pose.translation.vector - centre);

@@ -63,12 +63,13 @@ impl VisualOdometry {
             sigma_rad: self.sigma_rad(),
             iterations: 8,
             speed_walk: 0.5 * motion.usual_speed.max(0.2 * self.options.walking_speed_m_s),
+            past: self.options.window_past,
         };
         self.compass.held(&now.rotation);
         self.keep_unit(id);
         bundle::adjust(&mut self.map, &options);
         self.pair_up(id);
-        self.forget_old_rays(id);
+        self.forget_old_rays(id, &options);
         let adjusted = *self.map.pose(id);
         if let Some(posed) = self.posed.last_mut() {
             (posed.reference, posed.reference_from_camera) = (Some(id), Pose::identity());
@@ -105,9 +106,10 @@ impl VisualOdometry {
     }
 
     /// Rays that no adjustment will look at again, and lost points without any other.
-    fn forget_old_rays(&mut self, id: KeyframeId) {
+    fn forget_old_rays(&mut self, id: KeyframeId, options: &bundle::BundleOptions) {
         let oldest = id.0.saturating_sub(self.options.window + 3);
         let followed: BTreeSet<TrackId> = self.tracker.tracks().iter().map(|t| t.id).collect();
+        bundle::let_go(&mut self.map, options, &followed);
         self.map.landmarks.retain(|track, landmark| {
             landmark.seen.retain(|(k, _)| k.0 >= oldest);
             followed.contains(track) || !landmark.seen.is_empty()

@@ -27,6 +27,7 @@ use crate::visual::begin::Beginning;
 use crate::visual::compass::Compass;
 use crate::visual::graph::GraphSolver;
 use crate::visual::lines::Edge;
+use crate::visual::map::bundle::WindowPast;
 use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, knows_depth, pose};
 use crate::visual::motion::Motion;
 use crate::visual::outcome::{FrameQuality, FrameReport, Odometry, OdometryError, gaps};
@@ -51,6 +52,8 @@ pub struct OdometryOptions {
     pub sigma_px: f64,
     /// Keyframes that bundle adjustment moves.
     pub window: usize,
+    /// What holds these to all that was before them.
+    pub window_past: WindowPast,
     /// How fast a person walks, m/s: it sets the length of the first baseline, and so the unit, to about a metre.
     pub walking_speed_m_s: f64,
 }
@@ -58,7 +61,7 @@ pub struct OdometryOptions {
 impl Default for OdometryOptions {
     fn default() -> Self {
         let (solver, graph_solver) = (Solver::default(), GraphSolver::default());
-        Self { solver, graph_solver, seed: Seed(0), sigma_px: 1.0, window: 8, walking_speed_m_s: 1.1 }
+        Self { solver, graph_solver, seed: Seed(0), sigma_px: 1.0, window: 8, window_past: WindowPast::default(), walking_speed_m_s: 1.1 }
     }
 }
 
