@@ -1,7 +1,8 @@
 //! What poses and distances explain the last keyframes best together? Windowed bundle adjustment.
 //!
 //! Levenberg–Marquardt on keyframe poses (6) and inverse distances (1), the distances eliminated by the Schur complement
-//! (Triggs et al. 2000, §6.1), Huber loss. Keyframes before the window stay fixed: they hold position, heading and scale; or a marginal prior does ([`WindowPast`]).
+//! (Triggs et al. 2000, §6.1), Huber loss. Keyframes before the window stay fixed: they hold position, heading and scale; or a
+//! marginal prior does ([`WindowPast`]).
 //! A weak prior on how fast the speed changes holds the scale where nothing else does: in a corner, in front of a blank wall.
 
 use std::collections::BTreeSet;
