@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix2, Vector2};
 use planwalk_odometry::visual::map::bundle::WindowPast;
+use planwalk_odometry::visual::motion::Prediction;
 use planwalk_odometry::{Odometry, OdometryError, OdometryOptions, Solver, VisualOdometry};
 use planwalk_sim::Scene;
 use planwalk_types::{Camera, GrayImage, Seed, Stamp, TrackingState, VideoFrame};
@@ -61,15 +62,18 @@ fn both_solvers_follow_a_walk_through_a_door() {
 }
 
 #[test]
-fn a_marginal_prior_holds_the_window_as_keyframes_before_it_do() {
+fn whatever_holds_the_window_and_predicts_the_frame_the_walk_is_followed() {
     let scene = Scene::demo(Seed(SEED));
-    let errors = [WindowPast::Held, WindowPast::Marginal].map(|window_past| {
-        let options = OdometryOptions { window_past, ..OdometryOptions::default() };
+    let usual = OdometryOptions::default();
+    let marginal = OdometryOptions { window_past: WindowPast::Marginal, ..usual };
+    let filtered = OdometryOptions { prediction: Prediction::Filtered, ..usual };
+    let errors = [usual, marginal, filtered].map(|options| {
         let found = follow_so(scene.camera(), scene.frames().take(FRAMES), options).unwrap();
         error_on_floor(&found, &scene).0
     });
     // The same points at the same noise, and a bound as above; yet not the same answer, or nothing had read the option.
-    assert!(errors[1] < 0.02 * 6.0 + 0.03 && (errors[0] - errors[1]).abs() > 1e-6, "held {} m off, marginal {} m", errors[0], errors[1]);
+    assert!(errors.iter().all(|e| *e < 0.02 * 6.0 + 0.03), "usual, marginal prior, filtered: {errors:?} m off");
+    assert!((errors[0] - errors[1]).abs() > 1e-6 && (errors[0] - errors[2]).abs() > 1e-6, "{errors:?}");
 }
 
 #[test]

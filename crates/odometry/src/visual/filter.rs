@@ -1,6 +1,6 @@
 //! How did the camera move, all frames together? An extended Kalman filter forward, and a smoother back (Chu 2013, §3.2.1).
 //!
-//! poses as measured, each with its noise, or not at all ─▶ [`smooth`] ─▶ poses
+//! poses as measured, each with its noise, or not at all ─▶ [`smooth`] ─▶ poses; or frame by frame ─▶ [`State`] ─▶ [`super::motion`]
 //!
 //! The error state is (turn, camera frame; position, odom; turn rate, camera frame; velocity, odom), 12 numbers (Solà 2017,
 //! “Quaternion kinematics for the error-state Kalman filter”), with constant rates driven by white acceleration; then Rauch, Tung &
@@ -10,12 +10,29 @@
 //! no better where it ends.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, UnitQuaternion, Vector3};
-use planwalk_types::Stamp;
+use planwalk_types::{Stamp, TrackingState};
 
 use super::map::Pose;
 use super::map::pose::{difference, moved};
 
-type Covariance = SMatrix<f64, 12, 12>;
+/// Of (turn, position, turn rate, velocity), as in [`State`].
+pub(super) type Covariance = SMatrix<f64, 12, 12>;
+
+/// Noise of a pose against the map, radians and units, from one frame to the next: what frames share, they share with the map.
+const MAPPED: (f64, f64) = (1e-3, 5e-3);
+/// The same of a rotation that few points, or the picture as a whole, say.
+const TURNED_RAD: f64 = 0.01;
+/// The same of what was guessed.
+const GUESSED: (f64, f64) = (0.05, 0.05);
+
+/// Noise of the pose of a frame that was followed like this: of a component of its rotation, radians, and of a coordinate, units.
+pub(super) fn noise_of(state: TrackingState) -> (f64, f64) {
+    match state {
+        TrackingState::Mapped | TrackingState::Cut => MAPPED,
+        TrackingState::RotationOnly => (TURNED_RAD, GUESSED.1),
+        TrackingState::Propagated => GUESSED,
+    }
+}
 
 /// A frame's pose as it was found.
 #[derive(Debug, Clone, Copy)]
@@ -40,16 +57,19 @@ const NOT_AT_ALL: f64 = 1e4;
 const BLOCK: usize = 256;
 
 /// Pose and rates, and how well they are known.
-#[derive(Debug, Clone)]
-struct State {
-    pose: Pose,
-    turn_rate: Vector3<f64>,
-    velocity: Vector3<f64>,
-    covariance: Covariance,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct State {
+    pub pose: Pose,
+    /// Radians a second, camera frame.
+    pub turn_rate: Vector3<f64>,
+    /// Units a second, odom.
+    pub velocity: Vector3<f64>,
+    pub covariance: Covariance,
 }
 
 impl State {
-    fn first(measured: &Measured) -> Self {
+    /// A pose whose rates nobody has seen.
+    pub fn first(measured: &Measured) -> Self {
         let mut covariance = Covariance::zeros();
         covariance.fixed_view_mut::<6, 6>(0, 0).copy_from(&noise(measured));
         for axis in 6..12 {
@@ -57,6 +77,12 @@ impl State {
             covariance[(axis, axis)] = sigma * sigma;
         }
         Self { pose: measured.pose, turn_rate: Vector3::zeros(), velocity: Vector3::zeros(), covariance }
+    }
+
+    /// Standard deviations of a component of the rotation, radians, and of a coordinate of the position, units.
+    pub fn sigmas(&self) -> (f64, f64) {
+        let axis = |from: usize| (self.covariance.fixed_view::<3, 3>(from, from).trace() / 3.0).max(0.0).sqrt();
+        (axis(0), axis(3))
     }
 
     /// What becomes of the error state.
@@ -69,7 +95,8 @@ impl State {
         step
     }
 
-    fn predicted(&self, seconds: f64) -> Self {
+    /// So many seconds later, if nothing but white acceleration changes the rates.
+    pub fn predicted(&self, seconds: f64) -> Self {
         let turn = UnitQuaternion::from_scaled_axis(self.turn_rate * seconds);
         let position = self.pose.translation.vector + self.velocity * seconds;
         let step = self.transition(seconds);
@@ -83,10 +110,11 @@ impl State {
                 covariance[(r, r)] += noise * seconds;
             }
         }
-        Self { pose: Pose::from_parts(position.into(), self.pose.rotation * turn), covariance, ..self.clone() }
+        Self { pose: Pose::from_parts(position.into(), self.pose.rotation * turn), covariance, ..*self }
     }
 
-    fn updated(self, measured: &Measured) -> Self {
+    /// This state, given a pose as it was found at its time.
+    pub fn updated(self, measured: &Measured) -> Self {
         if measured.turn_rad.is_none() && measured.shift.is_none() {
             return self;
         }
@@ -120,7 +148,7 @@ impl State {
     /// This state, given what the next one turned out to be.
     fn smoothed(&self, next: &Self, seconds: f64) -> Self {
         let predicted = self.predicted(seconds);
-        let Some(inverse) = predicted.covariance.try_inverse() else { return self.clone() };
+        let Some(inverse) = predicted.covariance.try_inverse() else { return *self };
         let gain = self.covariance * self.transition(seconds).transpose() * inverse;
         let covariance = self.covariance + gain * (next.covariance - predicted.covariance) * gain.transpose();
         Self { covariance, ..self.corrected(&(gain * predicted.difference(next))) }
@@ -138,17 +166,17 @@ pub(super) fn smooth(frames: &[Measured]) -> Vec<(Pose, Matrix6<f64>)> {
     let seconds = |i: usize| frames[i + 1].stamp.secs_since(frames[i].stamp);
     let forward = |state: &State, i: usize| state.predicted(seconds(i)).updated(&frames[i + 1]);
     let mut kept = vec![State::first(first)];
-    let mut now = kept[0].clone();
+    let mut now = kept[0];
     for i in 0..frames.len() - 1 {
         now = forward(&now, i);
         if (i + 1).is_multiple_of(BLOCK) {
-            kept.push(now.clone());
+            kept.push(now);
         }
     }
     let mut poses = vec![(now.pose, pose_covariance(&now)); frames.len()];
     for (block, start) in kept.iter().enumerate().rev() {
         let (begin, end) = (block * BLOCK, ((block + 1) * BLOCK).min(frames.len() - 1));
-        let mut states = vec![start.clone()];
+        let mut states = vec![*start];
         for i in begin..end.saturating_sub(1) {
             let next = forward(&states[i - begin], i);
             states.push(next);

@@ -14,7 +14,7 @@ pub mod image;
 pub mod klt;
 pub mod lines;
 pub mod map;
-mod motion;
+pub mod motion;
 pub mod odometry;
 pub mod outcome;
 mod posed;

@@ -6,7 +6,7 @@
 use nalgebra::Matrix6;
 use planwalk_types::{CameraPose, Rigid3, Stamp, TrackingState};
 
-use super::filter::{Measured, smooth};
+use super::filter::{Measured, noise_of, smooth};
 use super::map::{KeyframeId, Map, Pose};
 use super::outcome::FrameQuality;
 
@@ -28,13 +28,6 @@ pub(super) struct Posed {
 
 /// Longest gap that is bridged, seconds: in a longer one the walk as it was guessed says more than a straight line.
 const BRIDGED_S: f64 = 2.0;
-
-/// Noise of a pose against the map, radians and units, from one frame to the next: what frames share, they share with the map.
-const MAPPED: (f64, f64) = (1e-3, 5e-3);
-/// The same of a rotation that few points, or the picture as a whole, say.
-const TURNED_RAD: f64 = 0.01;
-/// The same of what was guessed, in a gap that is not bridged.
-const GUESSED: (f64, f64) = (0.05, 0.05);
 
 /// A frame's pose, and how well it is known against the map around it, one standard deviation of an axis: radians and units.
 pub(super) struct Placed {
@@ -68,11 +61,7 @@ fn measured(posed: &[Posed], poses: &[CameraPose]) -> Vec<Measured> {
     let placed = bridged(poses, |i| matches!(poses[i].state, Mapped | Cut) && !posed[i].repeat);
     let frame = |i: usize| {
         let pose = &poses[i];
-        let (turn, shift) = match pose.state {
-            Mapped | Cut => MAPPED,
-            TrackingState::RotationOnly => (TURNED_RAD, GUESSED.1),
-            Propagated => GUESSED,
-        };
+        let (turn, shift) = noise_of(pose.state);
         let (turn_rad, shift) = ((!turned[i]).then_some(turn), (!placed[i]).then_some(shift));
         Measured { stamp: pose.stamp, pose: pose.odom_from_camera.iso, turn_rad, shift }
     };

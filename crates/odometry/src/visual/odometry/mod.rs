@@ -29,7 +29,7 @@ use crate::visual::graph::GraphSolver;
 use crate::visual::lines::Edge;
 use crate::visual::map::bundle::WindowPast;
 use crate::visual::map::{KeyframeId, Landmark, Map, Pose, depth, knows_depth, pose};
-use crate::visual::motion::Motion;
+use crate::visual::motion::{Motion, Prediction};
 use crate::visual::outcome::{FrameQuality, FrameReport, Odometry, OdometryError, gaps};
 use crate::visual::posed::{Posed, place};
 use crate::visual::recall::{Memory, Odometer};
@@ -54,6 +54,8 @@ pub struct OdometryOptions {
     pub window: usize,
     /// What holds these to all that was before them.
     pub window_past: WindowPast,
+    /// What the next frame is looked for by.
+    pub prediction: Prediction,
     /// How fast a person walks, m/s: it sets the length of the first baseline, and so the unit, to about a metre.
     pub walking_speed_m_s: f64,
 }
@@ -61,7 +63,8 @@ pub struct OdometryOptions {
 impl Default for OdometryOptions {
     fn default() -> Self {
         let (solver, graph_solver) = (Solver::default(), GraphSolver::default());
-        Self { solver, graph_solver, seed: Seed(0), sigma_px: 1.0, window: 8, window_past: WindowPast::default(), walking_speed_m_s: 1.1 }
+        let (window_past, prediction) = (WindowPast::default(), Prediction::default());
+        Self { solver, graph_solver, seed: Seed(0), sigma_px: 1.0, window: 8, window_past, prediction, walking_speed_m_s: 1.1 }
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Stamp, TrackingState};
 
-use super::{Stage, VisualOdometry};
+use super::{OdometryOptions, Stage, VisualOdometry};
 use crate::visual::begin::{EarlyFrame, FirstViews};
 use crate::visual::map::{self, Keyframe, KeyframeId, Landmark, Pose, pose};
 use crate::visual::motion::Motion;
@@ -60,9 +60,8 @@ impl VisualOdometry {
             };
             self.map.landmarks.insert(*id, landmark);
         }
-        let velocity = (now.translation.vector - base.translation.vector) / seconds;
-        let turn_rate = (base.rotation.inverse() * now.rotation).scaled_axis() / seconds;
-        self.stage = Stage::Tracking(Motion { pose: now, stamp, velocity, turn_rate, usual_speed: self.options.walking_speed_m_s });
+        let OdometryOptions { walking_speed_m_s, prediction, .. } = self.options;
+        self.stage = Stage::Tracking(Motion::between(&base, now, stamp, seconds, walking_speed_m_s, prediction));
         self.pose_early_frames(base_index, &frames, &base, &now);
         let dead: Vec<TrackId> = self.tracker.tracks().iter().map(|t| t.id).filter(|id| !self.map.landmarks.contains_key(id)).collect();
         self.tracker.drop_tracks(|id| dead.contains(&id));
