@@ -4,7 +4,7 @@
 //!
 //! A single camera's unit of length creeps, so a keyframe is a similarity: `odom_from_keyframe`, whose scale says how many of
 //! odom's units the keyframe's own unit has (Strasdat, Montiel & Davison 2010). What is minimised is Σ rᵀ Ω r over all edges, with r as
-//! in [`residual`]; edges that say a place was seen again may lie, and are doubted ([`robust`]).
+//! in [`residual`]; edges that say a place, or a floor, was seen again may lie, and are doubted ([`robust`]).
 //!
 //! Pitfall: an edge may know no scale, or only the direction in which the other keyframe lies: its information then has a lower rank
 //! ([`information`] with an infinite sigma, [`without_length`]). Directions that no edge knows stay as they are.
@@ -46,8 +46,17 @@ pub enum EdgeKind {
     Chain,
     /// Another pair that is measured: of one window, or by the speed of the walk at both.
     Pair,
-    /// A place that was seen again; the only kind that may lie.
+    /// A place that was seen again.
     Loop,
+    /// A floor or a ceiling that is taken for another's.
+    Level,
+}
+
+impl EdgeKind {
+    /// Whether it may be all wrong, and is to be doubted where it disagrees with the rest.
+    pub fn may_lie(self) -> bool {
+        matches!(self, Self::Loop | Self::Level)
+    }
 }
 
 /// One keyframe as measured from another.
@@ -90,11 +99,11 @@ pub enum GraphSolver {
 pub struct GraphOptions {
     /// Which solver.
     pub solver: GraphSolver,
-    /// Most steps of Gauss–Newton, those that were tried in vain included.
+    /// Most steps of Gauss–Newton, those that were tried in vain included: usually some six are enough, now and then some hundreds.
     pub steps: usize,
     /// Passes of [`GraphSolver::Olson`] over all edges.
     pub passes: usize,
-    /// Squared Mahalanobis distance at which a loop has a quarter of its weight. Infinite: loops are believed like all edges.
+    /// Squared Mahalanobis distance at which an edge that may lie has a quarter of its weight. Infinite: all edges are believed alike.
     ///
     /// The default, 24.3, is 99.9 % of a chi-square of 7 degrees of freedom.
     pub doubt: f64,
@@ -104,7 +113,7 @@ pub struct GraphOptions {
 
 impl Default for GraphOptions {
     fn default() -> Self {
-        Self { solver: GraphSolver::default(), steps: 100, passes: 100, doubt: 24.3, seed: Seed(0) }
+        Self { solver: GraphSolver::default(), steps: 1000, passes: 100, doubt: 24.3, seed: Seed(0) }
     }
 }
 
@@ -113,7 +122,7 @@ impl Default for GraphOptions {
 pub struct Solution {
     /// `odom_from_keyframe` of all keyframes.
     pub nodes: Vec<Similarity>,
-    /// Sum of all squared Mahalanobis distances, of fixes too, before; a loop counts [`GraphOptions::doubt`] at most.
+    /// Sum of all squared Mahalanobis distances, of fixes too, before; an edge that may lie counts [`GraphOptions::doubt`] at most.
     pub squared_before: f64,
     /// The same after; never more than before.
     pub squared_after: f64,

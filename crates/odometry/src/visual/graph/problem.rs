@@ -3,7 +3,7 @@
 use planwalk_types::{Groups, Similarity};
 
 use super::robust::Doubt;
-use super::{Edge, EdgeKind, Graph, Information, Node, residual};
+use super::{Edge, Graph, Information, Node, residual};
 use crate::visual::axes::Fix;
 
 /// A graph without what means nothing.
@@ -13,7 +13,7 @@ pub(super) struct Problem<'g> {
     pub(super) edges: Vec<usize>,
     /// Groups of keyframes that edges join, each in the order of the walk; the first of each group is held.
     pub(super) groups: Vec<Vec<usize>>,
-    /// Squared Mahalanobis distance at which a loop has a quarter of its weight.
+    /// Squared Mahalanobis distance at which an edge that may lie has a quarter of its weight.
     pub(super) doubt_at: f64,
 }
 
@@ -39,21 +39,21 @@ impl<'g> Problem<'g> {
         self.edges.iter().map(|e| &self.graph.edges[*e])
     }
 
-    /// Doubt of loops, this many times wider than at the end.
+    /// Doubt of what may lie, this many times wider than at the end.
     pub(super) fn doubt(&self, widening: f64) -> Doubt {
         Doubt { at: self.doubt_at * widening }
     }
 
     /// Weight of an edge at this squared Mahalanobis distance.
     pub(super) fn weight(&self, edge: &Edge, squared: f64, widening: f64) -> f64 {
-        if edge.kind == EdgeKind::Loop { self.doubt(widening).weight(squared) } else { 1.0 }
+        if edge.kind.may_lie() { self.doubt(widening).weight(squared) } else { 1.0 }
     }
 
-    /// What is minimised: squared Mahalanobis distances of edges and fixes, those of loops as far as they are believed.
+    /// What is minimised: squared Mahalanobis distances of edges and fixes, those of edges that may lie as far as they are believed.
     pub(super) fn squared(&self, nodes: &[Similarity], widening: f64) -> f64 {
         let of_edge = |edge: &Edge| {
             let squared = squared(edge, nodes);
-            if edge.kind == EdgeKind::Loop { self.doubt(widening).cost(squared) } else { squared }
+            if edge.kind.may_lie() { self.doubt(widening).cost(squared) } else { squared }
         };
         let of_fixes = nodes.iter().enumerate().filter_map(|(k, at)| Some(self.fix(k)?.cost(&at.rotation)));
         self.edges().map(of_edge).sum::<f64>() + of_fixes.sum::<f64>()
@@ -77,8 +77,8 @@ impl<'g> Problem<'g> {
 
     /// By how much doubt is widened at first: see [`super::robust::first_widening`].
     pub(super) fn first_widening(&self, nodes: &[Similarity]) -> f64 {
-        let loops = self.edges().filter(|edge| edge.kind == EdgeKind::Loop);
-        super::robust::first_widening(self.doubt_at, loops.map(|edge| squared(edge, nodes)).fold(0.0, f64::max))
+        let doubted = self.edges().filter(|edge| edge.kind.may_lie());
+        super::robust::first_widening(self.doubt_at, doubted.map(|edge| squared(edge, nodes)).fold(0.0, f64::max))
     }
 }
 

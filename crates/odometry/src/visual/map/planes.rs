@@ -11,7 +11,7 @@
 use nalgebra::Vector3;
 
 /// Rays flatter than this hit no level plane soon enough to measure with: sine of 9°; an error of 1° in gravity is 11 % there.
-const LEAST_SINE: f64 = 0.16;
+pub const LEAST_SINE: f64 = 0.16;
 /// Bins of the histogram: heights of 0.05 to 20 units, 3 % each.
 const BINS: usize = 200;
 const BIN: f64 = 0.03;
@@ -55,6 +55,26 @@ impl Default for Planes {
 struct Heights {
     histogram: Vec<f64>,
     height: Option<f64>,
+}
+
+/// The height that most points have, a camera's sway aside.
+#[derive(Debug, Clone, Copy)]
+pub struct SharedHeight {
+    /// Units, under or over the camera.
+    pub height: f64,
+    /// Points at it, in the sense of probability.
+    pub points: f64,
+    /// Of so many in all.
+    pub of: f64,
+    /// Points farther from the camera than it.
+    pub beyond: f64,
+}
+
+/// The height that most of these points have, each (height, its standard deviation over it); `None` without points.
+pub fn shared_height(points: impl Iterator<Item = (f64, f64)>) -> Option<SharedHeight> {
+    let mut heights = Heights { histogram: vec![0.0; BINS], height: None };
+    points.for_each(|(height, relative)| heights.add(height, relative));
+    heights.shared()
 }
 
 impl Planes {
@@ -136,21 +156,25 @@ impl Heights {
         }
     }
 
-    /// The outermost height that many points share, if it is clear; the first one stays.
-    fn settle(&mut self) -> Option<f64> {
-        let total: f64 = self.histogram.iter().sum();
+    fn shared(&self) -> Option<SharedHeight> {
+        let of: f64 = self.histogram.iter().sum();
         let window = |i: usize| self.histogram[i.saturating_sub(HALF_PEAK)..(i + HALF_PEAK + 1).min(BINS)].iter().sum::<f64>();
         let peak = (0..BINS).max_by(|a, b| window(*a).total_cmp(&window(*b)))?;
-        let here = window(peak);
+        let points = window(peak);
         let beyond: f64 = self.histogram[(peak + HALF_PEAK + 2).min(BINS)..].iter().sum();
-        if !(here > ENOUGH && here > LEAST_SHARE * total && beyond < MOST_BEYOND * here) {
+        let (from, to) = (peak.saturating_sub(HALF_PEAK), (peak + HALF_PEAK + 1).min(BINS));
+        let mean = (from..to).map(|i| self.histogram[i] * (i as f64 + 0.5)).sum::<f64>() / points;
+        (points > 0.0).then(|| SharedHeight { height: LOWEST * libm::exp(mean * BIN), points, of, beyond })
+    }
+
+    /// The outermost height that many points share, if it is clear; the first one stays.
+    fn settle(&mut self) -> Option<f64> {
+        let SharedHeight { height, points, of, beyond } = self.shared()?;
+        if !(points > ENOUGH && points > LEAST_SHARE * of && beyond < MOST_BEYOND * points) {
             return None;
         }
-        let (from, to) = (peak.saturating_sub(HALF_PEAK), (peak + HALF_PEAK + 1).min(BINS));
-        let mean = (from..to).map(|i| self.histogram[i] * (i as f64 + 0.5)).sum::<f64>() / here;
-        let found = LOWEST * libm::exp(mean * BIN);
-        self.height.get_or_insert(found);
-        Some(found)
+        self.height.get_or_insert(height);
+        Some(height)
     }
 }
 

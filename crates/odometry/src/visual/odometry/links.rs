@@ -1,11 +1,11 @@
 //! Where were the keyframes, given the places that were seen again and the building's edges? The pose graph at the end of a walk.
 //!
-//! chain of keyframes + pairs of each window + [`Link`]s + usual speed + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with
+//! chain of keyframes + pairs of each window + [`Link`]s + usual speed + floor and ceiling + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with
 //! its own unit; frames and points go along
 //!
 //! Where none of them disagrees with the chain nothing is moved.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use planwalk_types::Similarity;
 
 use super::VisualOdometry;
@@ -36,7 +36,7 @@ const CHAIN_STILL: f64 = 2e-3;
 const CHAIN_TURN_RAD: f64 = 4.5e-3;
 const CHAIN_BLIND_RAD_S: f64 = 0.3;
 /// Logarithm of the unit's error from one keyframe to the next that no point with a distance joins; n of them leave the (n + 1)th part.
-const CHAIN_UNIT: f64 = 0.5;
+const CHAIN_UNIT: f64 = 1.0;
 /// Error of a link: units, share of the points' distance, radians, and logarithm of the scale.
 const LINK_MOVE: f64 = 0.01;
 const LINK_FAR: f64 = 0.015;
@@ -70,13 +70,14 @@ impl VisualOdometry {
         }
     }
 
-    /// Moves the keyframes to where the places that were seen again, the edges of the building, the usual speed of the walk and the way between
-    /// them agree; returns by how much lengths changed, in the median.
-    pub(super) fn close_links(&mut self) -> f64 {
+    /// Moves the keyframes to where the places that were seen again, the edges of the building, the usual speed of the walk, the floor under
+    /// `up`, and the way between them agree; returns by how much lengths changed, in the median.
+    pub(super) fn close_links(&mut self, up: &Vector3<f64>) -> f64 {
         let fix = |k: &Keyframe| k.fix.filter(|fix| fix.error(&k.pose.rotation).norm() < FIXED_RAD).map(|fix| shared(&fix));
         let nodes = self.map.keyframes.iter().map(|k| Node { odom_from_keyframe: Similarity::from(&k.pose), fix: fix(k) }).collect();
         let pairs = self.window_pairs.iter().map(|pair| pair.edge(self.map.pose(pair.a), self.map.pose(pair.b)));
-        let edges = self.chain().chain(pairs).chain(self.links.iter().map(of_link)).chain(self.pace_edges()).collect();
+        let measured = self.chain().chain(pairs).chain(self.links.iter().map(of_link));
+        let edges = measured.chain(self.pace_edges()).chain(self.level_edges(up)).collect();
         let graph = Graph { nodes, edges };
         let solution =
             optimise(&graph, &GraphOptions { solver: self.options.graph_solver, seed: self.options.seed, ..GraphOptions::default() });
@@ -130,13 +131,14 @@ fn of_link(link: &Link) -> Edge {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{UnitQuaternion, Vector3};
+    use nalgebra::UnitQuaternion;
     use planwalk_types::{Camera, Stamp};
 
     use super::*;
     use crate::visual::graph::GraphSolver;
     use crate::visual::odometry::OdometryOptions;
     use crate::visual::odometry::pairs::WindowPair;
+    use crate::visual::odometry::walks::up;
 
     /// A walk straight ahead and back again, a unit a keyframe, of which the steps from `lost` to `found` are in another unit.
     fn walk(lost: usize, found: usize, other_unit: f64) -> VisualOdometry {
@@ -167,7 +169,7 @@ mod tests {
             let away = |o: &VisualOdometry, k: usize| o.map.keyframes[k].pose.translation.z;
             assert!((away(&odometry, 15) - 9.0).abs() < 1e-9, "two steps of three units instead of one: four too far");
             odometry.links = vec![link(5, 15, 0.0, Some(1.0)), link(3, 17, 0.0, Some(1.0))];
-            odometry.close_links();
+            odometry.close_links(&up());
             // Four keyframes back from the turn at 10; a link counts for 0.07 units, and the steps for a tenth together.
             assert!((away(&odometry, 15) - away(&odometry, 5)).abs() < 0.2, "{solver:?}: {}", away(&odometry, 15));
             assert!((away(&odometry, 10) - 10.0).abs() < 0.5, "{solver:?}: the far end is where it was: {}", away(&odometry, 10));
@@ -178,11 +180,11 @@ mod tests {
     fn without_links_and_fixes_nothing_moves_and_a_lie_is_not_believed() {
         let mut odometry = walk(0, 0, 1.0);
         let before: Vec<Pose> = odometry.map.keyframes.iter().map(|k| k.pose).collect();
-        odometry.close_links();
+        odometry.close_links(&up());
         assert!(odometry.map.keyframes.iter().zip(&before).all(|(k, b)| k.pose == *b));
         // One says that the walk stood still, three that it went on.
         odometry.links = vec![link(2, 8, 0.0, None), link(1, 8, 7.0, None), link(2, 9, 7.0, None), link(3, 8, 5.0, None)];
-        odometry.close_links();
+        odometry.close_links(&up());
         let worst = odometry.map.keyframes.iter().zip(&before).map(|(k, b)| (k.pose.translation.vector - b.translation.vector).norm());
         assert!(worst.fold(0.0, f64::max) < 0.15, "less than a sigma of the lie");
     }
@@ -197,7 +199,7 @@ mod tests {
             odometry.window_pairs = pairs.map(|(a, b)| WindowPair { a: KeyframeId(a), b: KeyframeId(b), shared: 60, far: 4.0 }).collect();
             // Half a unit less from the first to the last.
             odometry.links = (0..3).map(|_| link(0, 10, 9.5, None)).collect();
-            odometry.close_links();
+            odometry.close_links(&up());
             let step = |k: usize| {
                 (odometry.map.pose(KeyframeId(k + 1)).translation.z - odometry.map.pose(KeyframeId(k)).translation.z - 1.0).abs()
             };

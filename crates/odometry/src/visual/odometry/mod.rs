@@ -7,6 +7,7 @@
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
 
 mod keyframes;
+mod levels;
 mod links;
 mod pace;
 mod pairs;
@@ -14,6 +15,9 @@ mod reseen;
 mod stand;
 mod start;
 mod unit;
+#[cfg(test)]
+mod walks;
+mod yardstick;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -413,7 +417,7 @@ impl VisualOdometry {
         let up = self.compass.level().unwrap_or_else(|| ground::up(&self.placed()));
         self.right_first_unit(&up);
         self.pair_up_the_rest();
-        let rescaled = self.close_links();
+        let rescaled = self.close_links(&up);
         let poses = self.placed();
         let level = ground::level(&poses, &up);
         let poses = ground::levelled(&poses, &level, 1.0);

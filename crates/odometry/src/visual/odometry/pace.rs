@@ -1,16 +1,15 @@
 //! How long is a unit here, if people walk here as fast as elsewhere?
 //!
-//! keyframes ─▶ speed around each ─▶ an [`Edge`] for each that knows the length of the unit alone, for `links`
+//! keyframes ─▶ speed around each, a [`Yardstick`] ─▶ an [`Edge`] for each, for `links`
 //!
 //! Where all points with a distance were lost, the unit of length may have become another: behind a person who filled the view, or a blank
 //! wall. Who walks three times as fast until the next such place does not; who walks half as fast may well. Where points held the unit,
 //! they hold it far better than this does, so that a walk that is seen may have any speed. (Hu et al. 2013 take the metres of a whole walk
 //! from how people walk; here it is one stretch against the others.)
 
-use planwalk_types::Similarity;
-
 use super::VisualOdometry;
-use crate::visual::graph::{Edge, EdgeKind, information};
+use super::yardstick::{Yardstick, around, edges};
+use crate::visual::graph::{Edge, EdgeKind};
 use crate::visual::map::{Keyframe, KeyframeId};
 use crate::visual::two_view::rotation::median;
 
@@ -23,23 +22,15 @@ const SLOWER: f64 = 1.0;
 /// Who is slower than this share of the usual speed stands, or turns on the spot.
 const STANDS: f64 = 0.3;
 
-/// Speed around a keyframe, and how many keyframes share it.
-#[derive(Debug, Clone, Copy)]
-struct Pace {
-    keyframe: KeyframeId,
-    speed: f64,
-    shared: usize,
-}
-
-fn paces(keyframes: &[Keyframe]) -> Vec<Pace> {
+/// Way of the second or two around each keyframe, units a second.
+fn paces(keyframes: &[Keyframe]) -> Vec<Yardstick> {
     let around = |k: usize| {
-        let near = |other: &Keyframe| other.stamp.secs_since(keyframes[k].stamp).abs() < AROUND_S;
-        let first = keyframes[..k].iter().rposition(|other| !near(other)).map_or(0, |i| i + 1);
-        let last = keyframes[k..].iter().position(|other| !near(other)).map_or(keyframes.len(), |i| k + i) - 1;
+        let near = around(keyframes, k, AROUND_S);
+        let (first, last) = (near.start, near.end - 1);
         let way: f64 =
             keyframes[first..=last].windows(2).map(|w| (w[1].pose.translation.vector - w[0].pose.translation.vector).norm()).sum();
         let seconds = keyframes[last].stamp.secs_since(keyframes[first].stamp);
-        (seconds > 0.5 * AROUND_S).then(|| Pace { keyframe: KeyframeId(k), speed: way / seconds, shared: last - first + 1 })
+        (seconds > 0.5 * AROUND_S).then(|| Yardstick { keyframe: KeyframeId(k), length: way / seconds, shared: near.len() })
     };
     (0..keyframes.len()).filter_map(around).collect()
 }
@@ -48,51 +39,16 @@ impl VisualOdometry {
     /// What the usual speed of walking says of the unit of each keyframe against that of one where it was walked at that speed.
     pub(super) fn pace_edges(&self) -> Vec<Edge> {
         let paces = paces(&self.map.keyframes);
-        let fast = median(paces.iter().map(|p| p.speed).collect());
-        let usual = median(paces.iter().map(|p| p.speed).filter(|s| *s > STANDS * fast).collect());
-        let off = |pace: &Pace| libm::log(usual / pace.speed);
-        let walking: Vec<&Pace> = paces.iter().filter(|p| p.speed > STANDS * usual).collect();
-        let Some(measure) = walking.iter().min_by(|a, b| off(a).abs().total_cmp(&off(b).abs())) else { return Vec::new() };
-        let edge = |pace: &Pace| {
-            let sigma = if off(pace) < 0.0 { FASTER } else { SLOWER };
-            // Neighbours share what they saw of the walk: all of them together count once.
-            let information = information(f64::INFINITY, f64::INFINITY, sigma * (pace.shared as f64).sqrt());
-            let a_from_b = Similarity { scale: usual / pace.speed, ..Similarity::identity() };
-            Edge { a: measure.keyframe, b: pace.keyframe, a_from_b, information, kind: EdgeKind::Pair }
-        };
-        walking.iter().filter(|p| p.keyframe != measure.keyframe).map(|p| edge(p)).collect()
+        let fast = median(paces.iter().map(|p| p.length).collect());
+        let usual = median(paces.iter().map(|p| p.length).filter(|s| *s > STANDS * fast).collect());
+        let walking: Vec<Yardstick> = paces.into_iter().filter(|p| p.length > STANDS * usual).collect();
+        edges(&walking, usual, |off| if off < 0.0 { FASTER } else { SLOWER }, EdgeKind::Pair)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
-    use planwalk_types::{Camera, Stamp};
-
-    use super::*;
-    use crate::visual::map::Pose;
-    use crate::visual::odometry::OdometryOptions;
-    use crate::visual::odometry::links::Passage;
-    use crate::visual::recall::Odometer;
-
-    /// Twenty seconds straight ahead, eight keyframes a second, at these speeds; so many points join each keyframe with the one before.
-    fn walk(speed: impl Fn(f64) -> f64, known: impl Fn(usize) -> usize) -> VisualOdometry {
-        let mut odometry = VisualOdometry::new(Camera::phone_prior(640, 480), OdometryOptions::default());
-        let mut ahead = 0.0;
-        for k in 0..160 {
-            ahead += speed(k as f64 / 8.0) / 8.0;
-            let (stamp, pose) = (Stamp(k as i64 * 125_000_000), Pose::translation(0.0, 0.0, ahead));
-            odometry.map.keyframes.push(Keyframe { stamp, pose, turn: UnitQuaternion::identity(), fix: None });
-            let odometer = Odometer { way: ahead, ..Odometer::default() };
-            odometry.passages.push(Passage { odometer, known: known(k), reached: None });
-        }
-        odometry
-    }
-
-    /// Length of the walk between two keyframes.
-    fn way(odometry: &VisualOdometry, from: usize, to: usize) -> f64 {
-        odometry.map.keyframes[to].pose.translation.z - odometry.map.keyframes[from].pose.translation.z
-    }
+    use crate::visual::odometry::walks::{straight, up, way};
 
     #[test]
     fn a_stretch_between_two_losses_of_the_unit_is_walked_at_about_the_usual_speed() {
@@ -100,8 +56,8 @@ mod tests {
         for factor in [3.0, 1.0 / 3.0] {
             let speed = |t: f64| if (8.0..12.0).contains(&t) { factor } else { 1.0 };
             let lost = |k: usize| if (64..66).contains(&k) || (96..98).contains(&k) { 0 } else { 60 };
-            let mut odometry = walk(speed, lost);
-            odometry.close_links();
+            let mut odometry = straight(speed, lost);
+            odometry.close_links(&up());
             let found = way(&odometry, 68, 92) / 3.0;
             // Points lost twice at each end leave the unit 0.7 in logarithm; four seconds of hurrying know it to 0.2, of strolling to 0.7:
             // nearly all and about half of the factor goes.
@@ -122,8 +78,8 @@ mod tests {
                 0.5
             }
         };
-        let mut odometry = walk(speed, |_| 60);
-        odometry.close_links();
+        let mut odometry = straight(speed, |_| 60);
+        odometry.close_links(&up());
         // Forty keyframes of sixty points each know the unit to 5 %.
         let speeds = [way(&odometry, 8, 72) / 8.0, way(&odometry, 84, 116) / 4.0, way(&odometry, 124, 156) / 4.0];
         assert!((speeds[1] / speeds[0] / 1.6 - 1.0).abs() < 0.1 && (speeds[2] / speeds[0] / 0.5 - 1.0).abs() < 0.1, "{speeds:?}");
@@ -131,9 +87,9 @@ mod tests {
 
     #[test]
     fn who_stands_says_nothing_of_the_unit() {
-        let odometry = walk(|t| if t < 10.0 { 1.0 } else { 0.01 }, |_| 60);
+        let odometry = straight(|t| if t < 10.0 { 1.0 } else { 0.01 }, |_| 60);
         let edges = odometry.pace_edges();
         assert!(!edges.is_empty() && edges.iter().all(|e| e.b.0 < 88), "from 11 s on nobody walks");
-        assert!(walk(|_| 0.0, |_| 60).pace_edges().is_empty(), "nobody walks at all");
+        assert!(straight(|_| 0.0, |_| 60).pace_edges().is_empty(), "nobody walks at all");
     }
 }
