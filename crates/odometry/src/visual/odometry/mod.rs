@@ -1,11 +1,12 @@
 //! Where was the camera at every frame? Tracking against the map, keyframe by keyframe, and never a reset.
 //!
 //! frame ─▶ follow points ─▶ (no map yet: `start`) ─▶ pose against the map ─▶ distances ─▶ `keyframes` ─▶ `reseen`, `unit`, bundle
-//! ─▶ at the end `links` (pose graph)
+//! ─▶ once after the beginning `early` (the frames before it); at the end `links` (pose graph)
 //!
 //! Pitfall: at the corner of a corridor the view is a blank wall and the motion a near-pure rotation. Points there begin as
 //! bearings, which give the rotation at once; the speed of the walk carries the translation until they have distances.
 
+mod early;
 mod keyframes;
 mod levels;
 mod links;
@@ -94,6 +95,8 @@ pub struct VisualOdometry {
     /// Where the points were seen in the last quarter of a second, frame by frame.
     recent: VecDeque<(Stamp, BTreeMap<TrackId, Vector3<f64>>)>,
     seen_points: Vec<SeenPoint>,
+    /// The pictures of the walk's beginning, until it is known.
+    early: Option<early::Early>,
     memory: Memory,
     odometer: Odometer,
     /// How each keyframe was reached.
@@ -135,6 +138,7 @@ impl VisualOdometry {
             first_unit_ends: None,
             recent: VecDeque::new(),
             seen_points: Vec::new(),
+            early: Some(early::Early::default()),
             memory: Memory::default(),
             odometer: Odometer::default(),
             passages: Vec::new(),
@@ -156,10 +160,17 @@ impl VisualOdometry {
     /// [`OdometryError::SizeChanged`] and [`OdometryError::StampsGoBack`]; the frame is then ignored and the next may be pushed.
     pub fn push(&mut self, frame: &VideoFrame) -> Result<FrameReport, OdometryError> {
         self.check(frame)?;
+        self.keep_early(frame);
+        let report = self.take_in(frame);
+        self.look_back_in_time();
+        Ok(report)
+    }
+
+    fn take_in(&mut self, frame: &VideoFrame) -> FrameReport {
         // Where nothing is followed, pictures that are alike are a blank wall's.
         let follows = self.tracker.tracks().len() >= FEW && matches!(self.stage, Stage::Tracking(_));
         if self.repeats.is_repeat(&frame.image) && follows {
-            return Ok(self.repeat(frame.stamp));
+            return self.repeat(frame.stamp);
         }
         let mut predicted = match &self.stage {
             Stage::Tracking(motion) => Some(motion.predict(frame.stamp)),
@@ -169,7 +180,7 @@ impl VisualOdometry {
         let turn_seen = self.follow(frame, predicted.as_mut());
         if predicted.is_some() && self.is_cut(points_before) {
             self.cut(frame.stamp);
-            return Ok(self.report(frame.stamp));
+            return self.report(frame.stamp);
         }
         self.most_tracks = self.most_tracks.max(self.tracker.tracks().len());
         match predicted {
@@ -184,7 +195,7 @@ impl VisualOdometry {
             }
             None => self.begin(frame.stamp),
         }
-        Ok(self.report(frame.stamp))
+        self.report(frame.stamp)
     }
 
     /// The frame shows the picture before it once more: it says nothing.
@@ -414,6 +425,7 @@ impl VisualOdometry {
         if self.most_tracks < FEW {
             return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
         }
+        self.look_back();
         let up = self.compass.level().unwrap_or_else(|| ground::up(&self.placed()));
         self.right_first_unit(&up);
         self.pair_up_the_rest();
