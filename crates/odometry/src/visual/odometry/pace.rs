@@ -15,10 +15,11 @@ use crate::visual::two_view::rotation::median;
 
 /// Half of the time over which a speed is taken, seconds: a step or two.
 const AROUND_S: f64 = 1.0;
-/// Logarithm of how much faster, and how much slower, people walk for a second or two than they usually do. Of 1,266 seconds of 40 walks
-/// one in twenty was faster by 30 %, one in six slower by half, and one in twenty slower by three quarters.
-const FASTER: f64 = 0.3;
-const SLOWER: f64 = 1.0;
+/// Logarithm of how much faster, and how much slower, people walk for a second or two than they usually do. While they walk, the logarithm
+/// of the speed over two seconds has a standard deviation of 0.10 to 0.34 in 25 simulated walks and of 0.15 to 0.34 in six real ones; who is
+/// not at the usual speed is slower, mostly.
+const FASTER: f64 = 0.2;
+const SLOWER: f64 = 0.5;
 /// Who is slower than this share of the usual speed stands, or turns on the spot.
 const STANDS: f64 = 0.3;
 
@@ -59,8 +60,8 @@ mod tests {
             let mut odometry = straight(speed, lost);
             odometry.close_links(&up());
             let found = way(&odometry, 68, 92) / 3.0;
-            // Points lost twice at each end leave the unit 0.7 in logarithm; four seconds of hurrying know it to 0.2, of strolling to 0.7:
-            // nearly all and about half of the factor goes.
+            // Points lost twice at each end leave the unit 1.4 in logarithm; four seconds of hurrying know it to 0.14, of strolling to 0.35:
+            // nearly all and most of the factor goes.
             let limit = if factor > 1.0 { 1.4 } else { 2.2 };
             assert!(libm::log(found).abs() < libm::log(limit), "{factor}: {found} units a second");
             assert!((way(&odometry, 8, 56) / 6.0 - 1.0).abs() < 0.05, "what was right stays");
@@ -80,7 +81,7 @@ mod tests {
         };
         let mut odometry = straight(speed, |_| 60);
         odometry.close_links(&up());
-        // Forty keyframes of sixty points each know the unit to 5 %.
+        // Forty keyframes of sixty points each know the unit to 10 %.
         let speeds = [way(&odometry, 8, 72) / 8.0, way(&odometry, 84, 116) / 4.0, way(&odometry, 124, 156) / 4.0];
         assert!((speeds[1] / speeds[0] / 1.6 - 1.0).abs() < 0.1 && (speeds[2] / speeds[0] / 0.5 - 1.0).abs() < 0.1, "{speeds:?}");
     }
