@@ -64,7 +64,7 @@ impl VisualOdometry {
     pub(super) fn look_back(&mut self) {
         let (Some(early), Some(base)) = (self.early.take(), self.map.keyframes.first().map(|k| k.stamp)) else { return };
         let mut ours = place(&self.posed, &self.map).into_iter().map(|p| p.pose).collect::<Vec<_>>();
-        ours.drain(..ours.len() - early.frames.len());
+        ours.drain(..ours.len().saturating_sub(early.frames.len()));
         let theirs = self.backwards(early);
         let Some(ours_from_theirs) = laid_over(&ours, &theirs) else { return };
         let keyframe = *self.map.pose(KeyframeId(0));
@@ -91,8 +91,8 @@ impl VisualOdometry {
     fn backwards(&self, early: Early) -> Vec<CameraPose> {
         let mut back = Self { early: None, ..Self::new(self.camera.clone(), self.options) };
         for frame in early.frames.into_iter().rev() {
-            // Sizes are one, and stamps that went on go back: nothing is refused.
-            let _ = back.push(&VideoFrame { stamp: Stamp(-frame.stamp.0), ..frame });
+            // Sizes are one, and stamps that went on go back: nothing is refused, but at the end of time.
+            let _ = back.push(&VideoFrame { stamp: Stamp(frame.stamp.0.saturating_neg()), ..frame });
         }
         let mut poses: Vec<CameraPose> = place(&back.posed, &back.map).into_iter().map(|p| p.pose).collect();
         poses.reverse();
@@ -106,7 +106,7 @@ fn laid_over(ours: &[CameraPose], theirs: &[CameraPose]) -> Option<Similarity> {
     let common: Vec<(Pose, Pose)> = (ours.iter().zip(theirs).filter(|(a, b)| mapped(a) && mapped(b)))
         .map(|(a, b)| (a.odom_from_camera.iso, b.odom_from_camera.iso))
         .collect();
-    if common.len() < COMMON {
+    if common.len() < COMMON || ours.len() != theirs.len() {
         return None;
     }
     let first = common[0].0.rotation * common[0].1.rotation.inverse();

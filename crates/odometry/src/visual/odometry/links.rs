@@ -1,7 +1,7 @@
 //! Where were the keyframes, given the places that were seen again and the building's edges? The pose graph at the end of a walk.
 //!
-//! chain of keyframes + pairs of each window + [`Link`]s + usual speed + floor and ceiling + fixes ─▶ [`crate::visual::graph`] ─▶ keyframes moved, each with
-//! its own unit; frames and points go along
+//! chain of keyframes + pairs of each window + [`Link`]s + usual speed (`pace`) + floor and ceiling (`levels`) + fixes ─▶
+//! [`crate::visual::graph`] ─▶ keyframes moved, each with its own unit; frames and points go along
 //!
 //! Where none of them disagrees with the chain nothing is moved.
 
