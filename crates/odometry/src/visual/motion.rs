@@ -1,6 +1,6 @@
 //! Where will the camera be at the next frame? It goes on as it did, and nobody knows exactly how.
 //!
-//! poses frame by frame ─▶ [`Motion`] ─▶ [`PosePrior`] of the next one, by the [`Prediction`] that was chosen
+//! poses frame by frame ─▶ `Motion` ─▶ [`PosePrior`] of the next one, by the [`Prediction`] that was chosen
 
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Stamp, TrackingState};
@@ -17,7 +17,7 @@ pub enum Prediction {
     /// The step from the last frame but one to the last, with the freedom that heads and walkers have.
     #[default]
     LastStep,
-    /// The rates of an extended Kalman filter over all frames so far, with the freedom of its covariance (Chu 2013, §3.2.1; [`super::filter`]).
+    /// The rates of an extended Kalman filter over all frames so far, with the freedom of its covariance (Chu 2013, §3.2.1; `visual/filter.rs`).
     Filtered,
 }
 
