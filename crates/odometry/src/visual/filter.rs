@@ -79,12 +79,6 @@ impl State {
         Self { pose: measured.pose, turn_rate: Vector3::zeros(), velocity: Vector3::zeros(), covariance }
     }
 
-    /// Standard deviations of a component of the rotation, radians, and of a coordinate of the position, units.
-    pub fn sigmas(&self) -> (f64, f64) {
-        let axis = |from: usize| (self.covariance.fixed_view::<3, 3>(from, from).trace() / 3.0).max(0.0).sqrt();
-        (axis(0), axis(3))
-    }
-
     /// What becomes of the error state.
     fn transition(&self, seconds: f64) -> Covariance {
         let mut step = Covariance::identity();
@@ -189,7 +183,14 @@ pub(super) fn smooth(frames: &[Measured]) -> Vec<(Pose, Matrix6<f64>)> {
     poses
 }
 
-fn pose_covariance(state: &State) -> Matrix6<f64> {
+/// Standard deviations of a component of the rotation, radians, and of a coordinate of the position, units.
+pub(super) fn sigmas(covariance: &Matrix6<f64>) -> (f64, f64) {
+    let axis = |from: usize| (covariance.fixed_view::<3, 3>(from, from).trace() / 3.0).max(0.0).sqrt();
+    (axis(0), axis(3))
+}
+
+/// Of (turn, position) alone.
+pub(super) fn pose_covariance(state: &State) -> Matrix6<f64> {
     state.covariance.fixed_view::<6, 6>(0, 0).into_owned()
 }
 

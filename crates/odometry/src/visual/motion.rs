@@ -5,7 +5,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use planwalk_types::{Stamp, TrackingState};
 
-use super::filter::{Covariance, Measured, State, noise_of};
+use super::filter::{Covariance, Measured, State, noise_of, pose_covariance, sigmas};
 use super::map::Pose;
 use super::map::pose::PosePrior;
 #[cfg(doc)]
@@ -55,7 +55,7 @@ impl Motion {
         let seconds = stamp.secs_since(self.stamp).clamp(1e-3, 1.0);
         if let Some(state) = self.state() {
             let predicted = state.predicted(seconds);
-            let (sigma_turn_rad, sigma_move) = predicted.sigmas();
+            let (sigma_turn_rad, sigma_move) = sigmas(&pose_covariance(&predicted));
             return PosePrior { pose: predicted.pose, sigma_move, sigma_turn_rad, fix: None };
         }
         let turn = UnitQuaternion::from_scaled_axis(self.turn_rate * seconds);

@@ -6,7 +6,7 @@
 use nalgebra::Matrix6;
 use planwalk_types::{CameraPose, Rigid3, Stamp, TrackingState};
 
-use super::filter::{Measured, noise_of, smooth};
+use super::filter::{Measured, noise_of, sigmas, smooth};
 use super::map::{KeyframeId, Map, Pose};
 use super::outcome::FrameQuality;
 
@@ -44,11 +44,9 @@ pub(super) fn place(posed: &[Posed], map: &Map) -> Vec<Placed> {
     let cuts = (0..=poses.len()).filter(|i| *i == 0 || *i == poses.len() || poses[*i].state == TrackingState::Cut);
     let cuts: Vec<usize> = cuts.collect();
     let smoothed = cuts.windows(2).flat_map(|ends| smooth(&measured[ends[0]..ends[1]]));
-    let axis = |covariance: &Matrix6<f64>, from: usize| (covariance.fixed_view::<3, 3>(from, from).trace() / 3.0).max(0.0).sqrt();
-    let placed = |(pose, (found, covariance)): (CameraPose, (Pose, Matrix6<f64>))| Placed {
-        pose: CameraPose { odom_from_camera: Rigid3::new(found), ..pose },
-        turn_sigma_rad: axis(&covariance, 0),
-        shift_sigma: axis(&covariance, 3),
+    let placed = |(pose, (found, covariance)): (CameraPose, (Pose, Matrix6<f64>))| {
+        let (turn_sigma_rad, shift_sigma) = sigmas(&covariance);
+        Placed { pose: CameraPose { odom_from_camera: Rigid3::new(found), ..pose }, turn_sigma_rad, shift_sigma }
     };
     poses.into_iter().zip(smoothed).map(placed).collect()
 }

@@ -48,7 +48,7 @@ pub enum EdgeKind {
     Pair,
     /// A place that was seen again.
     Loop,
-    /// A floor or a ceiling that is taken for another's.
+    /// The height over a floor, or under a ceiling, that is taken for the same at both.
     Level,
 }
 

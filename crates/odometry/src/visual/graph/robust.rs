@@ -1,4 +1,4 @@
-//! How much is a loop believed that disagrees with all the rest?
+//! How much is a loop, or another edge that may lie, believed that disagrees with all the rest?
 //!
 //! Geman & McClure's loss ρ(χ²) = χ² / (1 + χ²/Φ), with the weight (1 + χ²/Φ)⁻²: it is what remains of a switch on each loop when
 //! the switches are solved for (Sünderhauf & Protzel 2012; Agarwal et al. 2013, "dynamic covariance scaling", write the weight as

@@ -13,7 +13,6 @@ use planwalk_types::{CameraPose, Similarity, Stamp, TrackingState, VideoFrame};
 
 use super::{Stage, VisualOdometry};
 use crate::visual::map::{KeyframeId, Pose};
-use crate::visual::posed::place;
 
 /// Grey values that are kept at most, half of them of before the map's beginning and half of after it: five seconds each of VGA at 30 frames/s.
 const MOST_BYTES: usize = 96_000_000;
@@ -63,27 +62,24 @@ impl VisualOdometry {
     /// Poses the frames before the first keyframe, if what looks back from after it agrees with what looked ahead.
     pub(super) fn look_back(&mut self) {
         let (Some(early), Some(base)) = (self.early.take(), self.map.keyframes.first().map(|k| k.stamp)) else { return };
-        let mut ours = place(&self.posed, &self.map).into_iter().map(|p| p.pose).collect::<Vec<_>>();
+        let mut ours = self.placed();
         ours.drain(..ours.len().saturating_sub(early.frames.len()));
         let theirs = self.backwards(early);
         let Some(ours_from_theirs) = laid_over(&ours, &theirs) else { return };
         let keyframe = *self.map.pose(KeyframeId(0));
-        let mut before =
-            self.posed.iter_mut().rev().take(theirs.len()).rev().zip(&theirs).take_while(|(posed, _)| posed.stamp < base).peekable();
-        let start = before.peek().map(|(posed, _)| posed.stamp);
-        let mut began = None;
-        for (posed, their) in before {
-            let pose = ours_from_theirs.apply(&their.odom_from_camera.iso);
-            began.get_or_insert(pose);
+        // From the first keyframe back, to the oldest picture or to a cut: of what came before only turns are known.
+        let mut theirs = theirs.iter().rev().skip_while(|their| their.stamp >= base).take_while(|their| their.state != TrackingState::Cut);
+        let mut began = keyframe.translation;
+        for posed in self.posed.iter_mut().rev().skip_while(|posed| posed.stamp >= base) {
+            let pose = match theirs.next() {
+                Some(their) => {
+                    (posed.state, posed.inliers) = (their.state, their.inliers);
+                    ours_from_theirs.apply(&their.odom_from_camera.iso)
+                }
+                None => Pose::from_parts(began, posed.reference_from_camera.rotation),
+            };
+            began = pose.translation;
             (posed.reference, posed.reference_from_camera) = (Some(KeyframeId(0)), keyframe.inverse() * pose);
-            (posed.state, posed.inliers) = (their.state, their.inliers);
-        }
-        // Of what came before the oldest picture only turns are known.
-        if let (Some(start), Some(began)) = (start, began) {
-            for posed in self.posed.iter_mut().take_while(|posed| posed.stamp < start) {
-                let stood = Pose::from_parts(began.translation, posed.reference_from_camera.rotation);
-                (posed.reference, posed.reference_from_camera) = (Some(KeyframeId(0)), keyframe.inverse() * stood);
-            }
         }
     }
 
@@ -94,9 +90,8 @@ impl VisualOdometry {
             // Sizes are one, and stamps that went on go back: nothing is refused, but at the end of time.
             let _ = back.push(&VideoFrame { stamp: Stamp(frame.stamp.0.saturating_neg()), ..frame });
         }
-        let mut poses: Vec<CameraPose> = place(&back.posed, &back.map).into_iter().map(|p| p.pose).collect();
-        poses.reverse();
-        poses
+        let forwards = |pose: CameraPose| CameraPose { stamp: Stamp(pose.stamp.0.saturating_neg()), ..pose };
+        back.placed().into_iter().rev().map(forwards).collect()
     }
 }
 
@@ -163,8 +158,7 @@ mod tests {
             odometry.push(frame).unwrap();
         }
         assert!(odometry.early.is_none(), "no picture is kept for longer than needed");
-        let found: Vec<Vector3<f64>> =
-            place(&odometry.posed, &odometry.map).iter().map(|p| p.pose.odom_from_camera.origin().coords).collect();
+        let found: Vec<Vector3<f64>> = odometry.placed().iter().map(|p| p.odom_from_camera.origin().coords).collect();
         let truth: Vec<Vector3<f64>> = scene.truth()[30..30 + FRAMES].iter().map(|(_, p)| p.iso.translation.vector).collect();
         let way = |at: &[Vector3<f64>], from: usize, to: usize| (at[to] - at[from]).norm();
         let unit = way(&found, UNKNOWN, FRAMES - 1) / way(&truth, UNKNOWN, FRAMES - 1);
