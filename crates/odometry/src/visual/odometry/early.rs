@@ -90,6 +90,9 @@ impl VisualOdometry {
             // Sizes are one, and stamps that went on go back: nothing is refused, but at the end of time.
             let _ = back.push(&VideoFrame { stamp: Stamp(frame.stamp.0.saturating_neg()), ..frame });
         }
+        // The lengths of before the beginning are as sure as those of after it, by which they are laid over ours.
+        let up = back.up();
+        back.settle(&up);
         let forwards = |pose: CameraPose| CameraPose { stamp: Stamp(pose.stamp.0.saturating_neg()), ..pose };
         back.placed().into_iter().rev().map(forwards).collect()
     }

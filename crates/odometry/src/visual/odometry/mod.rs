@@ -414,6 +414,18 @@ impl VisualOdometry {
         placed.into_iter().map(|p| p.pose).collect()
     }
 
+    /// Up, in odom.
+    fn up(&mut self) -> Vector3<f64> {
+        self.compass.level().unwrap_or_else(|| ground::up(&self.placed()))
+    }
+
+    /// Puts right, at the end of a walk, what only the whole of it tells; returns by how much lengths changed, in the median.
+    fn settle(&mut self, up: &Vector3<f64>) -> f64 {
+        self.right_first_unit(up);
+        self.pair_up_the_rest();
+        self.close_links(up)
+    }
+
     /// The whole clip's odometry.
     ///
     /// # Errors
@@ -426,10 +438,8 @@ impl VisualOdometry {
             return Err(OdometryError::NothingToTrack { frames: self.posed.len(), most: self.most_tracks });
         }
         self.look_back();
-        let up = self.compass.level().unwrap_or_else(|| ground::up(&self.placed()));
-        self.right_first_unit(&up);
-        self.pair_up_the_rest();
-        let rescaled = self.close_links(&up);
+        let up = self.up();
+        let rescaled = self.settle(&up);
         let poses = self.placed();
         let level = ground::level(&poses, &up);
         let poses = ground::levelled(&poses, &level, 1.0);
